@@ -14,7 +14,7 @@ from metrology.chain import evaluate
 from metrology.coordinate import SENSED
 from metrology.decay import DecayTest, analyse
 from metrology.diagnostics import decay as diagnosed
-from metrology.diagnostics.release import FORCES, cut
+from metrology.diagnostics.release import BENT, FORCES, cut
 from metrology.errors import MetrologyError
 from metrology.gum.inputs import Input
 from metrology.rig import Rig
@@ -85,17 +85,24 @@ def test_twice_friction_by_the_envelope_is_in_newtons_whatever_the_sensor_shows(
     assert drag.quadratic == pytest.approx(30.0, rel=0.02)
 
 
+@pytest.mark.parametrize("bent", [0.0, 0.1])
 @pytest.mark.parametrize("order", [0, 1, 2])
-def test_limit_a_small_force_along_the_motion_changes_the_readings_as_the_rig_does(order):
+def test_limit_a_small_force_along_the_motion_changes_the_readings_as_the_rig_does(order, bent):
     """Viscous drag on the mass is c·v: variation of constants against the exact derivative by c."""
     (parted,) = DecayTest("d", (release(order, 1, noise=1e-5),), Input("m", M, (), "kg"), "d.k").separated
     record = cut("r1", parted, 50.0)
     rig = Rig(M, K, C, attachment="both ways")
-    values = (K, C, record.x0, record.v0, *[0.0] * len(FORCES))
+    most = np.abs(record.y).max()
+    values = (K, C, record.x0, record.v0, *[0.0] * len(FORCES), bent / most, -bent / most**2)
     path = record.path(rig, values)
     pushed = record.pushed(path, -path.v[:, None])[:, 0]
     exact = record.slopes(rig, values, [1])[0]
     assert np.abs(pushed - exact).max() < 2e-4 * np.abs(exact).max()
+    # A reading y + β·y² + γ·y³ of means over short blocks.
+    straight, cubed = (record.follow(rig, [(*values[:BENT], *bends)])[0] for bends in ((0.0, 0.0), values[BENT:]))
+    assert cubed == pytest.approx(
+        straight + values[BENT] * straight**2 + values[BENT + 1] * straight**3, abs=2e-3 * most
+    )
 
 
 CAMPAIGN = """\

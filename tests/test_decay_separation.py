@@ -533,3 +533,12 @@ def test_noise_with_a_memory_is_no_step_of_the_reading(memory: float, false: int
         counts.append(count)
     assert counts[0] <= false
     assert counts[1] >= seen
+
+
+@pytest.mark.parametrize(("until", "times", "seed"), [(3.0, 6.0, 19), (3.0, 4.0, 17), (5.0, 4.0, 17)])
+def test_limit_noise_while_a_rig_is_let_go_is_no_step_of_the_reading(until: float, times: float, seed: int) -> None:
+    """A hand on a slow, damped rig makes several times the noise for some seconds: their mean is off by as much."""
+    rng, t, omega, zeta = np.random.default_rng(seed), np.arange(0.0, 50.0, 0.1), 0.7, 0.107
+    x = -0.2 * np.exp(-zeta * omega * t) * np.cos(omega * np.sqrt(1 - zeta**2) * t)
+    x += 0.005 * np.where(t < until, times, 1.0) * rng.standard_normal(len(t))
+    assert separate(Channel("rig", t, 1e-3 * np.round(x / 1e-3), "m"), mains=50.0).hops == ()

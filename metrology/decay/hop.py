@@ -112,7 +112,8 @@ def _best(free: Channel, t: Floats, fast: Fit, degree: int, noise: float) -> Hop
     at = int(np.argmax(gain))
     size = float(pull[at] / left[at]) if open_[at] else 0.0
     step = (np.arange(len(t)) >= at).astype(float) - Q @ along[at]
-    level = max(noise**2, *_slow(t, residual - size * step, fast), _where(step, residual - size * step, Q))
+    rest = residual - size * step
+    level = max(noise**2, *_slow(t, rest, fast), _where(step, rest, Q), _when(step, rest, Q))
     variance = level / max(float(left[at]), SEEN) + rounding_bias(noise, quantum(free)) ** 2
     return Hop(float(free.time[at]), size, 0.5 * size**2 / variance - 1.5 * log(len(t)))
 
@@ -160,6 +161,17 @@ def _where(step: Floats, rest: Floats, Q: Floats) -> float:
     for column in Q.T:  # one by one: a record may be long
         white -= np.abs(np.fft.rfft(column, size)) ** 2
     return float(of_step @ power / max(float(of_step @ white), 1e-300))
+
+
+def _when(step: Floats, rest: Floats, Q: Floats) -> float:
+    """Variance of white noise that makes the size of a step as uncertain as the residuals do, whenever they are large.
+
+    What shakes a rig while it is let go is noise for a second, and a step there stands out of that of the rest only:
+    Σ s²·r²/(1 − h)²/Σ s², with s the step beside all that is fitted, and 1 − h what the fit and the step leave of each
+    reading (White, Econometrica 48 (1980) 817; HC3 of MacKinnon & White, J. Econom. 29 (1985) 305).
+    """
+    left = np.maximum(1.0 - np.sum(Q**2, axis=1) - step**2 / max(float(step @ step), 1e-300), SEEN)
+    return float(step**2 @ (rest / left) ** 2 / max(float(step @ step), 1e-300))
 
 
 def _slow(t: Floats, rest: Floats, fitted: Fit) -> tuple[float, float]:

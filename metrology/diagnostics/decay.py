@@ -20,7 +20,19 @@ from metrology.diagnostics.engine import rank
 from metrology.diagnostics.overlays import hops, lines, slow, sought_apart, with_overlays
 from metrology.diagnostics.plain import Plain, Readings, Trial, binned, plain_values
 from metrology.diagnostics.plain_pictures import of_decay
-from metrology.diagnostics.release import FORCES, HARMONICS, LEVELS, LINES, MOTION, STEPS, Record, cut, parts
+from metrology.diagnostics.release import (
+    BENDS,
+    BENT,
+    FORCES,
+    HARMONICS,
+    LEVELS,
+    LINES,
+    MOTION,
+    STEPS,
+    Record,
+    cut,
+    parts,
+)
 from metrology.diagnostics.subject import Array, Direction, Fit
 from metrology.errors import Fault, MetrologyError
 from metrology.estimation import Unknown
@@ -70,6 +82,9 @@ class Decay:
         self.length = float(np.mean([one.t[-1] for one in self.records]))
         # What a reading is over the position that it is of.
         self.gain = self.omega**test.sensed.order
+        # Of a reading that is not linear by parts of its largest amplitude: factors of its square and of its cube.
+        largest = self.gain * max(math.hypot(one.x0, one.v0 / self.omega) for one in self.records)
+        self.over = tuple(largest ** -(1.0 + at) for at in range(len(BENDS)))
         self.rows = np.concatenate([rates(one.t, one.y, one.u, self.omega) for one in self.records])
         self.rows[:, 0] /= self.gain
         self.band = self._band()
@@ -117,7 +132,8 @@ class Decay:
 
     def _motion(self, values: Mapping[str, float]) -> tuple[float, ...]:
         k, c = values["k"] + values.get("dk", 0.0), values["c"] + values.get("dc", 0.0)
-        return (k, c, values["x0"], values["v0"], *(values.get(name, 0.0) for name in FORCES))
+        bends = (values.get(name, 0.0) * self.over[at] for at, name in enumerate(BENDS))
+        return (k, c, values["x0"], values["v0"], *(values.get(name, 0.0) for name in FORCES), *bends)
 
     def slopes(self, at: int, values: Mapping[str, float], unknowns: Sequence[Unknown]) -> Array | None:
         """Derivatives of the readings of one record by its unknowns, shape (p, n); None where there are none.
@@ -128,6 +144,7 @@ class Decay:
         places = {entry.name: _place(entry.name) for entry in unknowns}
         moving = [place for place in dict.fromkeys(places.values()) if place is not None]
         moved = one.slopes(self.rig, self._motion(values), moving)
+        moved *= np.array([self.over[place - BENT] if place >= BENT else 1.0 for place in moving])[:, None]
         found = []
         for entry in unknowns:
             place = places[entry.name]
@@ -159,7 +176,7 @@ class Decay:
     def trials(self, name: str, fit: Fit) -> Sequence[Trial]:
         """Shapes of a candidate; other oscillations where the residual spectrum shows them."""
         A, one = self.gain * self.size, TABLE[name]
-        if one.size.name in FORCES:
+        if one.size.name in (*FORCES, *BENDS):
             return [Trial(one.amount(self.scales()))]
         if name == "mains":
             return [

@@ -24,7 +24,7 @@ from metrology.diagnostics.likelihood import (
     weighted,
 )
 from metrology.diagnostics.search import COARSE, EQUAL, Search, View, cost
-from metrology.diagnostics.sets import INVISIBLE, NEGLIGIBLE, Set, log_likelihood, log_prior
+from metrology.diagnostics.sets import INVISIBLE, NEGLIGIBLE, Scarce, Set, log_likelihood, log_prior
 from metrology.diagnostics.subject import Direction, Fit
 from metrology.diagnostics.tails import either
 from metrology.noise import Colour
@@ -336,13 +336,15 @@ def _unlisted(
     # In the metric of the sharper line, which has one level of noise where readings are few.
     level = next((one.level for one in sharper.noise.channels.values()), 1.0)
     rounding = table.rounding / level**2
-    few = None if free is None else Few(free, rounding)
+    scarce = None if free is None else Scarce(free, free / level**2)
     for one in _parts(view.fit.effects):
+        wide = sum(table.members[name].ways for name in one)
+        few = None if scarce is None else Few(scarce, wide, rounding)
         laws_of, squares = of_families(sharper, simple, one, few)
         if not laws_of:
             return None, 0.0, {}, ()
         law = together(laws_of)
-        likely = log_likelihood(squares + rounding, free is not None, free or 0)
+        likely = log_likelihood(squares + rounding, scarce, wide)
         likely -= math.fsum(table.members[name].price for name in one)
         if one == own:
             alone, alone_squares = likely + log_prior(len(one), table.among + 1), squares

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.special import logsumexp
 
 from metrology.diagnostics.likelihood import RESOLVED, Line, orthonormal
-from metrology.diagnostics.sets import NEGLIGIBLE, Set
+from metrology.diagnostics.sets import NEGLIGIBLE, Scarce, Set, log_likelihood
 from metrology.diagnostics.subject import Array, Direction, Marks
 from metrology.estimation.covariance import spread
 
@@ -161,9 +161,10 @@ def together(laws: Sequence[Law]) -> Law:
 
 @dataclass(frozen=True)
 class Few:
-    """What is known of the noise of few readings: degrees of freedom of the fit, and cost that rounding leaves."""
+    """What is known of the noise of few readings; parameters of effects beside, and cost that rounding leaves."""
 
-    free: float
+    scarce: Scarce
+    ways: float = 0.0
     rounding: float = 0.0
 
 
@@ -197,7 +198,7 @@ def _law(one: Family, rows: Array, residual: Array, known: tuple[Few | None, int
     `known`: of the noise, where it is estimated with the rest, and number of readings.
     """
     few, _ = known
-    free = few.free if few else None
+    free = few.scarce.free if few else None
     at = np.array(list(one.direction.values.values()))
     whole = float(residual @ residual) + (few.rounding if few else 0.0)
     if np.linalg.norm(rows) <= RESOLVED * np.linalg.norm(one.rows):
@@ -290,14 +291,14 @@ def _rough(rows: Array, sought: Array, whole: float, known: tuple[Few | None, in
     at few places whatever say nothing but that. Its values are as large as those of one size that do best.
     """
     few, count = known
-    free = few.free if few else None
-    normal = _sized(np.eye(rows.shape[1]), rows, sought, whole, free)
-    ways, singular, _ = np.linalg.svd(rows, full_matrices=False)
+    normal = _sized(np.eye(rows.shape[1]), rows, sought, whole, few.scarce.free if few else None)
+    left, singular, _ = np.linalg.svd(rows, full_matrices=False)
     seen = singular > RESOLVED * singular.max()
-    gone = float(np.sum((ways.T @ sought)[seen] ** 2))
-    gain = 0.5 * gone if free is None else -0.5 * free * math.log(max(1.0 - gone / max(whole, 1e-300), 1e-12))
+    gone, many = float(np.sum((left.T @ sought)[seen] ** 2)), float(seen.sum())
+    scarce, beside = (few.scarce, few.ways) if few else (None, 0.0)
+    gain = log_likelihood(whole - gone, scarce, many + beside) - log_likelihood(whole, scarce, beside)
     best_, same = int(np.argmax(normal.logs)), np.ones(len(SIZES))
-    logs = same * (gain - 0.5 * float(seen.sum()) * math.log(max(count, 2)))
+    logs = same * (gain - 0.5 * many * math.log(max(count, 2)))
     return replace(normal, logs=logs, squares=normal.squares[best_] * same, noises=normal.noises[best_] * same)
 
 

@@ -22,8 +22,13 @@ from metrology.timeseries import on_grid, periodogram, quantum, rounding_bias
 
 FORCES = tuple(one.size.name for one in DECAY.values() if one.acts in ("module", "line") and not one.cause.alone)
 """Forces of the rig beside those of spring and damper that a decay can show."""
-MOTION = ("k", "c", "x0", "v0", *FORCES)
-"""What a motion depends on."""
+BENDS = tuple(one.size.name for one in DECAY.values()
+              if one.acts == "reading" and not (one.is_line or one.cause.alone))  # fmt: skip
+"""What bends the reading of a motion: factors of its square and of its cube."""
+MOTION = ("k", "c", "x0", "v0", *FORCES, *BENDS)
+"""What the reading of a motion depends on."""
+BENT = len(MOTION) - len(BENDS)
+"""Place in `MOTION` from which on it is the reading alone."""
 LEVELS = tuple(f"level{order}" for order in range(DEGREE + 1))
 """Slow motion under the decay: coefficients of Legendre's polynomials."""
 STEPS = tuple(f"hop{order}" for order in range(HOPS))
@@ -59,7 +64,8 @@ FADED = 1e-8
 class Path:
     """Where a release goes: times, positions and velocities, and what forces do there (`Record.pushed`).
 
-    `kernels`: −y₂/(m·W) and y₁/(m·W), shape (2, steps); `ways`: y₁ and y₂ at the stamps of the run.
+    `kernels`: −y₂/(m·W) and y₁/(m·W), shape (2, steps); `ways`: y₁ and y₂ at the stamps of the run. `scale`: change of
+    a reading at the nodes for one of what is read; None where it is 1.
     """
 
     t: Array
@@ -67,6 +73,7 @@ class Path:
     v: Array
     kernels: Array
     ways: Array
+    scale: Array | None
 
 
 @dataclass(frozen=True)
@@ -162,26 +169,57 @@ class Record:
         found: Array = np.einsum("...jn,jn->...n", values[..., self._places[1]], self._stencil[1])
         return found
 
+    def _noded(self, values: Array) -> Array:
+        """What is read at the nodes of the blocks, of values at the stamps of the run, (…, stamps) → (…, 3, n)."""
+        found = values[..., self._places[1]]
+        if self.sensed.order < _ACCELERATION:
+            return np.asarray(found)
+        half = found.shape[-2] // 2
+        return np.asarray((found[..., half:, :] - found[..., :half, :]) / (2 * _before(self.sensed, self.omega)))
+
+    def _weighed(self, nodes: Array) -> Array:
+        """Means over the blocks, shape (…, 3, n) → (…, n)."""
+        return np.asarray(np.einsum("...jn,jn->...n", nodes, self.weights))
+
+    def _scale(self, values: Array, bends: Sequence[float]) -> Array | None:
+        """Change of the reading at the nodes for one of what is read there; None where it is 1."""
+        square, cube = bends
+        y = self._noded(values)
+        return 1.0 + y * (2.0 * square + 3.0 * cube * y) if square or cube else None
+
     def follow(self, rig: Rig, many: Sequence[tuple[float, ...]]) -> Array:
         """Readings of many motions, each with the values of `MOTION`; NaN where one cannot be followed."""
         values, found = np.array(many), np.empty((len(many), len(self.t)))
         values[:, 0], values[:, 1] = np.maximum(values[:, 0], 1e-12), np.maximum(values[:, 1], 0.0)
-        acting = values[:, 4:] != 0.0
+        acting, bends = values[:, 4:BENT] != 0.0, values[:, BENT:]
         # Motions with the same forces go together: the linear ones have a closed form.
         for kind in np.unique(acting, axis=0):
             rows = (acting == kind).all(axis=1)
             columns = np.concatenate([np.ones(4, dtype=bool), kind])
             names = [name for name, used in zip(_OF_RIG, columns, strict=True) if used]
-            motions = simulate_many(rig, self.run, names, values[np.ix_(rows, columns)], engine="compiled")
+            here = values[:, :BENT][np.ix_(rows, columns)]
+            motions = simulate_many(rig, self.run, names, here, engine="compiled")
             with np.errstate(invalid="ignore", over="ignore"):  # what ran away is not finite, which says so
-                found[rows] = self.means(self._read(motions))
+                read = self._read(motions)
+                found[rows] = self.means(read)
+                if bends[rows].any():
+                    y = self._noded(read)
+                    square, cube = bends[rows].T[:, :, None, None]
+                    found[rows] += self._weighed(y**2 * (square + cube * y))
         return found
 
     def slopes(self, rig: Rig, values: tuple[float, ...], places: Sequence[int]) -> Array:
         """Derivatives of the readings of one motion by some of the values of `MOTION`, shape (p, n)."""
         here = self._valued(rig, values).with_values({"start.x": values[2], "start.v": values[3]})
-        found = sensitivities(here, self.run, [_OF_RIG[place] for place in places])
-        return self.means(np.ascontiguousarray(self._read(found).T))
+        moving = [place for place in places if place < BENT]
+        found = sensitivities(here, self.run, [_OF_RIG[place] for place in moving])
+        rows = np.ascontiguousarray(self._read(found).T)
+        if len(moving) == len(places) and not any(values[BENT:]):
+            return self.means(rows)
+        read = self._read(simulate_many(here, self.run, ("start.x", "start.v"), np.array([values[2:4]])))[0]
+        y, scale = self._noded(read), self._scale(read, values[BENT:])
+        moved = iter(self.means(rows) if scale is None else self._weighed(scale * self._noded(rows)))
+        return np.array([next(moved) if place < BENT else self._weighed(y ** (2 + place - BENT)) for place in places])
 
     def path(self, rig: Rig, values: tuple[float, ...]) -> Path:
         """Where a motion goes, and what a little of its start changes in it, by central differences."""
@@ -199,7 +237,8 @@ class Record:
         )
         W = first * second_v - second * first_v
         kernels = np.where(np.abs(W) > FADED * np.abs(W[0]), np.array([-second, first]) / np.where(W == 0, 1.0, W), 0.0)
-        return Path(t, fine.x[0], fine.v[0], kernels / here.m, ways)
+        scale = self._scale(self._read(read)[0], values[BENT:])
+        return Path(t, fine.x[0], fine.v[0], kernels / here.m, ways, scale)
 
     def pushed(self, path: Path, forces: Array) -> Array:
         """Change of the readings by small forces along a motion, shape (steps, q) → (n, q), by variation of constants.
@@ -216,11 +255,12 @@ class Record:
             rate = kernel[:, None] * forces
             whole = cumulative_simpson(rate, x=path.t, axis=0, initial=0.0)
             total = total + CubicHermiteSpline(path.t, whole, rate)(stamps) * way[:, None]
-        return self.means(np.asarray(total).T).T
+        rows = np.asarray(total).T
+        return (self.means(rows) if path.scale is None else self._weighed(path.scale * self._noded(rows))).T
 
     def _valued(self, rig: Rig, values: tuple[float, ...]) -> Rig:
         spring = max(values[0], 1e-12), max(values[1], 0.0)
-        return rig.with_values(dict(zip(("k", "c", *FORCES), (*spring, *values[4:]), strict=True)))
+        return rig.with_values(dict(zip(("k", "c", *FORCES), (*spring, *values[4:BENT]), strict=True)))
 
     def overlaid(self, values: Mapping[str, float]) -> Array:
         """Slow motion and lines under the decay."""

@@ -28,6 +28,7 @@ from metrology.diagnostics.sets import (
     LARGEST,
     NEGLIGIBLE,
     NONE,
+    Scarce,
     Score,
     Set,
     Table,
@@ -37,6 +38,7 @@ from metrology.diagnostics.sets import (
     price,
     scores,
     table,
+    ways,
 )
 from metrology.diagnostics.subject import LOST, Array, Direction, Fit, Subject
 from metrology.effect import Size
@@ -504,10 +506,10 @@ class Search:
         blocks, table = len(fit.problem.blocks), self.subject.candidates
         cost = sum(price(table[name], view.line.count, blocks) for name in fit.effects)
         used = common([fit, *beside])
-        return (
-            log_likelihood(weighted(fit, by, used) + self.rounding(fit), self.subject.is_scarce, self.fits[NONE].free)
-            - cost + log_prior(len(fit.effects), view.table.among)
-        )  # fmt: skip
+        scarce = Scarce(self.fits[NONE].free, self.fits[NONE].free) if self.subject.is_scarce else None
+        likely = log_likelihood(weighted(fit, by, used) + self.rounding(fit), scarce,
+                                sum(ways(table[name], blocks) for name in fit.effects))  # fmt: skip
+        return likely - cost + log_prior(len(fit.effects), view.table.among)
 
 
 def cost(fit: Fit | None) -> int:

@@ -64,26 +64,55 @@ def price(candidate: Candidate, count: int, blocks: int) -> float:
     return total
 
 
-def log_likelihood(cost: float, is_scarce: bool, free: float) -> float:
-    """Ln likelihood of a cost, up to a constant.
+def ways(candidate: Candidate, blocks: int) -> int:
+    """How many parameters of an effect are sought: sizes and shapes, those that each block has for itself in each."""
+    return sum(blocks if size.own else 1 for size in candidate.parameters if not size.held)
 
-    −½ of it where the noise is known; −½·ν·ln of it where few readings leave the noise to be estimated with the rest,
-    and every size of it is equally probable beforehand.
+
+@dataclass(frozen=True)
+class Scarce:
+    """Few readings, whose noise is estimated with the rest.
+
+    Parameters
+    ----------
+    free : float
+        Degrees of freedom of the model without effects.
+    scatter : float
+        Cost that the scatter of the readings leaves: as many times its square.
     """
-    return -0.5 * max(free, 1) * math.log(max(cost, 1e-300)) if is_scarce else -0.5 * cost
+
+    free: float
+    scatter: float
+
+    def log_likelihood(self, cost: float, ways: float) -> float:
+        """Ln likelihood of a cost, up to a constant: −½·ν·ln of it; every size of the noise is equally probable before.
+
+        So many parameters of effects have a prior as wide as one reading determines them (`price`), in the scatter of
+        the readings, if that is more than what they leave: in the noise that they leave alone, a model with as many
+        parameters as there are readings would have evidence without end, whatever is read, for it leaves none.
+        """
+        left = math.log(max(cost, 1e-300))
+        return -0.5 * max(self.free, 1) * left - 0.5 * ways * max(math.log(max(self.scatter, 1e-300)) - left, 0.0)
+
+
+def log_likelihood(cost: float, scarce: Scarce | None, ways: float) -> float:
+    """Ln likelihood of a cost, up to a constant: −½ of it where the noise is known, else that of few readings."""
+    return -0.5 * cost if scarce is None else scarce.log_likelihood(cost, ways)
 
 
 @dataclass(frozen=True)
 class Member:
     """One effect of the table in the shape that the data like best: its columns beside the base, and their price.
 
-    `open`: part of the price for shapes that were tried in a few places only, and not sought yet.
+    `open`: part of the price for shapes that were tried in a few places only, and not sought yet. `ways`: how many
+    parameters it has.
     """
 
     column: Column
     rows: Array
     price: float
     open: float = 0.0
+    ways: int = 1
 
 
 @dataclass(frozen=True)
@@ -173,7 +202,7 @@ class Table:
         if found is None:
             return -math.inf
         amounts, u, gain = found
-        total = log_likelihood(self.squares - gain + self.rounding, self.free is not None, self.free or 0)
+        total = self.log_likelihood(self.squares - gain + self.rounding, effects)
         total -= math.fsum(self.members[name].price for name in effects)
         first = 0
         for name, member in self.members.items():
@@ -183,6 +212,11 @@ class Table:
                 total += _one_sided(float(amounts[first]), float(u[first]))
             first += member.rows.shape[1]
         return total + log_prior(len(effects), self.among)
+
+    def log_likelihood(self, cost: float, effects: Set) -> float:
+        """Ln likelihood of what a set leaves."""
+        scarce = None if self.free is None else Scarce(self.free, self.free)
+        return log_likelihood(cost, scarce, sum(self.members[name].ways for name in effects))
 
     def sets(self) -> Iterator[Set]:
         """Every set of some effects with one law of a thing at most."""
@@ -222,7 +256,9 @@ def table(line: Line, candidates: Mapping[str, Candidate], most: int = MOST, fre
     blocks = len(line.fit.problem.blocks)
     prices = {one.effect: price(candidates[one.effect], line.count, blocks) for one in line.columns}
     residual = line.beside(line.residual)
-    members = {one.effect: Member(one, line.beside(one.rows), prices[one.effect]) for one in carried}
+    wide = {name: ways(candidates[name], blocks) for name in prices}
+    members = {one.effect: Member(one, line.beside(one.rows), prices[one.effect], ways=wide[one.effect])
+               for one in carried}  # fmt: skip
     span = orthonormal_of([member.rows for member in members.values()], len(residual))
     best: dict[str, tuple[float, Member]] = {}
     for column in line.columns:
@@ -232,10 +268,10 @@ def table(line: Line, candidates: Mapping[str, Candidate], most: int = MOST, fre
         gain = _gain(column, rows - span @ (span.T @ rows), residual - span @ (span.T @ residual), len(line.fit.theta))
         cost = prices[column.effect]
         if gain is not None and (column.effect not in best or gain - cost > best[column.effect][0] + ALIKE * gain):
-            wide = column.rows.shape[1]
-            open_ = price(replace(candidates[column.effect], parameters=candidates[column.effect].sought[wide:]),
+            width = column.rows.shape[1]
+            open_ = price(replace(candidates[column.effect], parameters=candidates[column.effect].sought[width:]),
                           line.count, blocks)  # fmt: skip
-            best[column.effect] = (gain - cost, Member(column, rows, cost, open_))
+            best[column.effect] = (gain - cost, Member(column, rows, cost, open_, wide[column.effect]))
     ranked = sorted(best, key=lambda name: -best[name][0])
     for name in [*ranked[: max(most - len(members), 0)], *_masked(best, span, residual)]:
         if len(members) < most + 2:

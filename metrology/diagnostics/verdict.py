@@ -177,6 +177,9 @@ def _of_cause(judged: Judged, subject: Subject, name: str, support: Support) -> 
     if name in judged.last.effects:
         text = "Minor: it removes {share:.0f} % of the misfit that remains without it."
         return said(text, share=float(100 * judged.carries.get(name, 0.0)))
+    if judged.probability.get(name, 0.0) > LIKELY:
+        # By the straight line alone, where the search ended before a model with it was fitted.
+        return said("More probable than not, but not in the fitted model that has the most evidence: not named.")
     return said("The evidence is against it.")
 
 
@@ -229,7 +232,7 @@ def _values(fit: Fit, candidate: Candidate, misfit: float, *, named: bool) -> It
 
 def _amplitude(fit: Fit, candidate: Candidate, spread: Array) -> Iterator[Value]:
     """What every block has for itself: mean amplitude of a line (sine, cosine), or standard deviation of one size."""
-    names = [size.name for size in candidate.parameters if size.own]
+    names = [size.name for size in candidate.parameters if size.own and not size.shape]
     ways = [[at for name in names if (at := fit.index(f"{name}@{one.name}")) is not None] for one in fit.problem.blocks]
     if not names or not all(ways):
         return
@@ -256,8 +259,12 @@ def _separations(judged: Judged, subject: Subject) -> Iterator[Separation]:
         for name in group:
             candidate, fit = subject.candidates[name], _fit_with(judged, name)
             values = list(_values(fit, candidate, judged.misfit, named=False))[:1] if fit is not None else []
-            text = "it would have to show {name} = {value:.3g} {unit}"
-            expected = [said(text, name=one.name, value=one.value, unit=one.unit) for one in values]
+            text, plain = (
+                "it would have to show {name} = {value:.3g} {unit}",
+                "it would have to show {name} = {value:.3g}",
+            )
+            expected = [said(plain if one.unit == "1" else text, name=one.name, value=one.value, unit=one.unit)
+                        for one in values]  # fmt: skip
             measurement = said("{title}: {what}", title=candidate.title, what=candidate.separate)
             yield Separation(group, measurement, expected[0] if expected else "")
 

@@ -98,7 +98,12 @@ class Writer:
         open_mark = any(one.doubtful for one in self.surveys)
         digit = f"{bound.seen.resolution:.3g} {unit}".replace("e-0", "e-")
         if resolution in self.given or (unit and bound.seen.resolution and not open_mark):
-            yield f"    resolution: {self.take(resolution, digit, 'the last digit of the readings')}"
+            why = (
+                "the step of the readings"
+                if bound.seen.resolution > bound.seen.digit
+                else "the last digit of the readings"
+            )
+            yield f"    resolution: {self.take(resolution, digit, why)}"
         else:
             self.known[resolution] = None
             shared = bound.seen.resolution or open_mark

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from metrology.declaration.columns import Floats
+from metrology.raw import coarse
 
 MOST_PLACES = 6
 """Decimal places of a number as an instrument writes it; one with more has all digits of a double."""
@@ -40,6 +41,16 @@ class Seen:
 
     @property
     def resolution(self) -> float:
+        """Step of the readings in the unit of the column: of the last digit, or of more where all are multiples of it.
+
+        A ruler that is read to its half divisions, or a camera to half a pixel, writes 438.0 and 437.5. 0 where there
+        is no last digit.
+        """
+        digit = self.digit
+        return (coarse(self.values[np.isfinite(self.values)], digit) if self.values is not None else 0.0) or digit
+
+    @property
+    def digit(self) -> float:
         """Unit of the last decimal place that the cells have, in the unit of the column; 0 where it is not plain.
 
         Where every number has an exponent, the place moves with it: that of the largest numbers is taken.

@@ -33,5 +33,7 @@ EFFECT = Effect(
     sign="the mean of the motion moves with the square of the amplitude; a line at twice the frequency",
     source="Nayfeh & Mook, Nonlinear Oscillations (1979), 2.3",
     acts="line", tension=tension, slope=slope,
-    causes=(CAUSE, replace(CAUSE, method="decay", needs=(), amount=lambda known: 1e-3 * known["k"] / known["e"])),
+    causes=(CAUSE, replace(
+        CAUSE, method="decay", needs=(), amount=lambda known: 1e-3 * known["k"] / known["e"], law="either way"
+    )),
 )  # fmt: skip

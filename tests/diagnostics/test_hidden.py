@@ -196,6 +196,32 @@ def test_planted_hum_is_named_beside_an_effect_that_leaves_no_force():
     assert amplitude.u < 2e-4
 
 
+def test_planted_hum_of_a_single_run_is_named_with_its_amplitude():
+    """Its phase is of the one run: no scatter of phases between runs can be told, and none is asked for."""
+    (run, *_) = runs_with("nylon", 3)
+    run = replace(run, x=run.x + 1e-4 * np.sin(2 * np.pi * 21.0 * run.stamps("x") + 0.4))
+    found = diagnosed("nylon", 3, (run,))
+    assert found.named == ("hum x",)
+    (cause,) = (one for one in found.causes if one.effect == "hum x")
+    assert {one.name for one in cause.parameters} == {"hum.x", "hum.frequency"}
+    amplitude = cause.parameters[0]
+    assert abs(amplitude.value - 1e-4) < 3.5 * amplitude.u
+
+
+@pytest.mark.long
+def test_law_the_evidence_is_not_called_against_what_it_is_for_where_the_search_ends_early():
+    """Friction, and a downhill table that only the straight line through its fit has: no fit was left for it."""
+    subject = Response(stated("spectra"), runs_with("spectra", 50001, tilt=1.269e-6, friction=5e-3), ("k", "c"), PRIORS)
+    found = rank(subject, rng=np.random.default_rng(2), budget=5)
+    assert "tilt" not in found.possible
+    (tilt,) = (one for one in found.causes if one.effect == "tilt")
+    assert tilt.probability > 0.9
+    assert "More probable than not" in tilt.sentence
+    against = [one.probability for one in found.causes if "evidence is against it" in one.sentence]
+    assert against
+    assert max(against) < 0.5
+
+
 @pytest.mark.long
 def test_planted_lines_of_two_frequencies_are_not_called_explained():
     """A model carries one frequency: a line of 21 Hz in the position stays beside one of 39 Hz in the tension."""

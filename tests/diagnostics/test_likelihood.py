@@ -17,7 +17,7 @@ from metrology.diagnostics.laws import Family, Kind, Law, compressed, estimates,
 from metrology.diagnostics.likelihood import Line, Noise, common, line, misfit, narrow, noise, weighted
 from metrology.diagnostics.plain import Plain, Readings, Trial
 from metrology.diagnostics.search import Search
-from metrology.diagnostics.sets import NONE, log_likelihood, log_prior, price
+from metrology.diagnostics.sets import NONE, Scarce, log_likelihood, log_prior, price
 from metrology.diagnostics.subject import Direction
 from metrology.effect import Size
 from metrology.estimation import Unknown
@@ -138,8 +138,20 @@ def test_law_a_size_of_the_wrong_sign_has_less_evidence_than_none():
 
 
 def test_closed_form_likelihood_of_few_readings_does_not_depend_on_the_stated_noise():
-    assert log_likelihood(8.0, True, 20) - log_likelihood(16.0, True, 20) == pytest.approx(10 * math.log(2.0))
-    assert log_likelihood(8.0, False, 20) - log_likelihood(16.0, False, 20) == pytest.approx(4.0)
+    first, other = Scarce(20, 12.0), Scarce(20, 1.2)
+    assert log_likelihood(16.0, first, 2) - log_likelihood(32.0, first, 2) == pytest.approx(10 * math.log(2.0))
+    assert log_likelihood(8.0, first, 2) - log_likelihood(16.0, first, 0) == pytest.approx(
+        log_likelihood(0.8, other, 2) - log_likelihood(1.6, other, 0)
+    )
+    assert log_likelihood(8.0, None, 0) - log_likelihood(16.0, None, 0) == pytest.approx(4.0)
+
+
+@pytest.mark.parametrize("left", [10.0, 1.0, 1e-3, 1e-9, 0.0])
+def test_limit_effects_with_as_many_parameters_as_readings_have_no_more_evidence_than_none(left):
+    """They leave nothing, whatever is read: in the noise that they leave their evidence would have no end."""
+    known, free, count = Scarce(4, 10.0), 4, 6
+    price_ = 0.5 * free * math.log(count)
+    assert log_likelihood(left, known, free) - price_ < log_likelihood(10.0, known, 0)
 
 
 def test_closed_form_prices():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import random
 import warnings
@@ -136,6 +137,21 @@ def test_limit_a_rate_that_may_be_misread_is_asked_for(stated: str, tmp_path: Pa
 def test_planted_the_last_digit_of_readings(cells: tuple[str, ...], resolution: float, tmp_path: Path) -> None:
     file = text(tmp_path / "a.csv", "Zeit [s];Weg [m]", *(f"{i};{cell}" for i, cell in enumerate(cells)))
     assert survey(file).first("displacement").resolution == resolution
+
+
+def test_planted_steps_of_more_than_the_last_digit_are_the_resolution_of_a_draft(tmp_path: Path) -> None:
+    """A camera that is read to half a pixel: the check of raw records refuses the last digit, and then all else."""
+    t = np.arange(0.0, 8.0, 1 / 60)
+    pixels = 0.5 * np.round(2 * (393.0 + 44.0 * np.exp(-0.03 * t) * np.cos(6.2 * t)))
+    file = text(
+        tmp_path / "pixels.csv", "time [s];x [mm]", *(f"{a:.4f};{b:.1f}" for a, b in zip(t, pixels, strict=True))
+    )
+    path, made = draft([file], {"mass": "1 kg"})
+    assert "resolution: 0.5 mm   # guess: the step of the readings" in made.text
+    place(path, made)
+    assert main(["diagnose", str(path), "--output", str(tmp_path)]) == 0
+    found = json.loads(next(tmp_path.rglob("results.json")).read_text(encoding="utf-8"))
+    assert len(found["diagnosis"]) == 1
 
 
 @pytest.mark.parametrize("sign", [1, -1])

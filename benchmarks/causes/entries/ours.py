@@ -40,8 +40,9 @@ def answer(results: dict[str, Any]) -> Answer:
     known = tuple(name for name in named if name in NAMES[one["method"]])
     causes = [cause for cause in causes if cause["effect"] in NAMES[one["method"]]]
     verdict = one["verdict"]
-    groups = tuple(tuple(group) for group in one["groups"] if len(group) > 1)  # alone: not decided, no name
-    inside = tuple(group for group in groups if {*group} <= {*NAMES[one["method"]]})
+    groups = [group for group in one["groups"] if len(group) > 1]  # alone: not decided, no name
+    listed = (tuple(name for name in group if name in NAMES[one["method"]]) for group in groups)
+    inside = tuple(group for group in listed if group)
     if not named and groups and not inside:
         verdict = "unexplained"
     if known != named:  # a name that is not in the list of the benchmark: something unlisted
