@@ -26,6 +26,8 @@ PLACES = 4
 """Decimal places of the coefficients: 10⁶ readings tell them to 1e-3."""
 OUTLYING = 7.0
 """Distance in standard uncertainties from which a single reading among good neighbours is an outlier."""
+HARDLY = 0.3
+"""Part of the power of noise that has to be left at a frequency to say how much there was."""
 FAR = 5.0
 """Standard deviations beyond which a single reading is drawn in before the spectrum is taken."""
 
@@ -76,7 +78,7 @@ def outlying(residual: Array) -> Marks:
     return found
 
 
-def colour(parts: Sequence[Array], floor: float = 0.0) -> Colour:
+def colour(parts: Sequence[Array], floor: float = 0.0, taken: Sequence[Array] = ()) -> Colour:
     """Level and colour of noise from the residuals of several records of one channel.
 
     ln S(ω) = c₀ + Σ cₙ·cos(nω), n ≤ 3, through the medians of the periodogram over 20 bands: structure that a model
@@ -89,6 +91,9 @@ def colour(parts: Sequence[Array], floor: float = 0.0) -> Colour:
         Residuals, evenly sampled; zero where a reading does not count.
     floor : float
         Level below which the noise is not estimated: what is stated of it, or what rounding leaves.
+    taken : sequence of ndarray, shape (n, q), optional
+        Orthonormal columns that were taken out of all records, by record: noise that lies along them is not in the
+        residuals any more, at low frequencies most of it where a record holds few periods.
 
     Returns
     -------
@@ -101,10 +106,11 @@ def colour(parts: Sequence[Array], floor: float = 0.0) -> Colour:
         return WHITE
     everything = np.concatenate(seen)
     scale = float(np.median(np.abs(everything))) / 0.6745 or float(np.std(everything)) or 1.0
-    if count < FEW:
-        level = max(float(np.sqrt(np.mean(everything**2))), floor, 1e-300)
+    free = count - sum(float(np.sum(columns**2)) for columns in taken)
+    if free < FEW:
+        level = max(float(np.sqrt(np.sum(everything**2) / max(free, 1.0))), floor, 1e-300)
         return Colour(level, np.array([1.0 / level]))
-    omega, power = _periodograms([np.clip(part, -FAR * scale, FAR * scale) for part in parts])
+    omega, power = _periodograms([np.clip(part, -FAR * scale, FAR * scale) for part in parts], taken)
     c = _bloomfield(omega, power)
     # A tenth of what even 10⁶ readings tell; it is then the same on every processor.
     c = np.round(c, PLACES)
@@ -112,16 +118,25 @@ def colour(parts: Sequence[Array], floor: float = 0.0) -> Colour:
     return Colour(math.exp(0.5 * c[0]), _minimum_phase(c))
 
 
-def _periodograms(parts: Sequence[Array]) -> tuple[Array, Array]:
-    """Frequencies / rad a reading and powers of all records, tapered; scaled to the variance of white noise."""
+def _periodograms(parts: Sequence[Array], taken: Sequence[Array]) -> tuple[Array, Array]:
+    """Frequencies / rad a reading and powers of all records, tapered; scaled to the variance of white noise.
+
+    White noise of variance 1 leaves 1 − Σ|q̂|² of its power at a frequency, with q̂ the tapered columns that were taken
+    out; where that is less than `HARDLY`, nothing is known of it.
+    """
     omega, power = [], []
-    for part in parts:
+    for at, part in enumerate(parts):
         taper = np.hanning(len(part) + 2)[1:-1] * (part != 0.0)
         weight = float(taper @ taper)
         if weight > 0:
             found = np.abs(np.fft.rfft(part * taper)) ** 2 / weight
-            omega.append(np.linspace(0.0, math.pi, len(found))[1:])
-            power.append(found[1:])
+            left = np.ones(len(found))
+            if taken:
+                left -= (np.abs(np.fft.rfft(taper[:, None] * taken[at], axis=0)) ** 2).sum(axis=1) / weight
+            known = left > HARDLY
+            known[0] = False
+            omega.append(np.linspace(0.0, math.pi, len(found))[known])
+            power.append(found[known] / left[known])
     return np.concatenate(omega), np.concatenate(power)
 
 

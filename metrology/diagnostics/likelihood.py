@@ -62,14 +62,22 @@ class Noise:
         return whole
 
 
-def noise(fit: Fit, residuals: Blocks, floor: float = 0.0) -> Noise:
-    """Colour of every channel from residuals, all blocks together."""
+def noise(fit: Fit, residuals: Blocks, floor: float = 0.0, taken: Array | None = None) -> Noise:
+    """Colour of every channel from residuals, all blocks together.
+
+    `taken`: orthonormal columns that were taken out of them, shape (n, q), readings stacked.
+    """
     parts: dict[str, list[Array]] = {}
+    along: dict[str, list[Array]] = {}
+    stacked = iter(_segments(fit))
     for block, part, used in zip(fit.problem.blocks, residuals, fit.used, strict=True):
         for segment in block.segments:
             rows = slice(segment.first, segment.last)
             parts.setdefault(segment.name, []).append(part[rows] * used[rows])
-    return Noise({name: colour(own, floor) for name, own in parts.items()})
+            here = next(stacked)
+            if taken is not None:
+                along.setdefault(segment.name, []).append(taken[here])
+    return Noise({name: colour(own, floor, along.get(name, ())) for name, own in parts.items()})
 
 
 @dataclass(frozen=True)

@@ -138,7 +138,7 @@ class Search:
             scarce = line(fit, candidates, directions, Noise({}), fit.used)
             formed = replace(table(scarce, candidates, free=self.fits[NONE].free), rounding=self.rounding(fit))
             return View(fit, scarce, formed, _evidence(fit, formed))
-        by = noise(fit, _left(fit, candidates, directions), self.subject.floor)
+        by = noise(fit, *_left(fit, candidates, directions, self.subject.floor))
         plain = line(fit, candidates, directions, by, fit.used)
         own = [one for one in plain.columns if one.direction is None]
         # What is left about the frequency of a line is no misfit elsewhere.
@@ -535,10 +535,12 @@ def _step(wanted: Set, found: Sequence[Set], evidence: Mapping[Set, float], own:
     return min(parts, key=lambda one: (len(one), -evidence[one]), default=wanted)
 
 
-def _left(fit: Fit, candidates: Mapping[str, Candidate], directions: Sequence[Direction]) -> tuple[Array, ...]:
-    """Residuals of every block that the fit and all candidates together leave by the straight line."""
+def _left(
+    fit: Fit, candidates: Mapping[str, Candidate], directions: Sequence[Direction], floor: float
+) -> tuple[tuple[Array, ...], float, Array]:
+    """What `noise` takes: residuals of every block that the fit and all candidates leave, and what took them."""
     plain = line(fit, candidates, directions, Noise({}), fit.used)
     taken = orthonormal(np.hstack([plain.base, *(one.rows for one in plain.columns)]))
     left = plain.residual - taken @ (taken.T @ plain.residual)
     bounds = np.cumsum([0, *(len(part) for part in fit.residuals)])
-    return tuple(left[first:last] for first, last in pairwise(bounds))
+    return tuple(left[first:last] for first, last in pairwise(bounds)), floor, taken
