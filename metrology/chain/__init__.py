@@ -130,6 +130,7 @@ def build(
     methods.add_tests(plan, campaign, progress)
     derived.add_derived(plan, campaign)
     judgement.add_judged_inputs(plan, campaign)
+    knowledge.join_imported(plan, campaign)
     return plan
 
 

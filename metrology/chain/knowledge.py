@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
-from math import inf, isclose, sqrt
+from math import hypot, inf, isclose, sqrt
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,7 +16,7 @@ from metrology.errors import MetrologyError
 from metrology.gum import anova, functions
 from metrology.gum.distributions import Normal
 from metrology.gum.evaluation import Measurand
-from metrology.gum.inputs import Component, Input
+from metrology.gum.inputs import Component, Ensemble, Input
 from metrology.gum.readings import simultaneous, type_a
 from metrology.gum.rounding import readable
 from metrology.message import said
@@ -24,7 +24,7 @@ from metrology.units import convert, si_unit
 
 if TYPE_CHECKING:
     from metrology.campaign.schema import Campaign
-    from metrology.declaration.fits import Ensemble
+    from metrology.declaration import fits
 
 
 def _property(key: str, sample: str) -> str:
@@ -70,6 +70,27 @@ def add_ensembles(plan: Plan, campaign: Campaign) -> None:
             )
         if len(series) > 1:
             plan.ensembles.append(joint)
+
+
+def join_imported(plan: Plan, campaign: Campaign) -> None:
+    """Note which inputs are results of other campaigns, and give those of one file the covariance that they have."""
+    for one in campaign.imported:
+        plan.imported[one.about] = tuple(
+            name for name, quantity in plan.inputs.items()
+            if any(part.source.endswith(one.about) for part in quantity.components)
+        )  # fmt: skip
+    for joint in campaign.together:
+        rows = dict[str, int]()
+        for row, about in enumerate(joint.about):
+            for name in plan.imported[about]:
+                components = plan.inputs[name].components
+                rest = tuple(part for part in components if part.name != joint.name)
+                # Not a sum of masses, of which the result is only one.
+                if isclose(hypot(*(part.u for part in {*components} - {*rest})) ** 2, joint.covariance[row][row]):
+                    rows[name] = row
+                    plan.inputs[name] = replace(plan.inputs[name], components=rest)
+        covariance = np.array(joint.covariance)[np.ix_(list(rows.values()), list(rows.values()))]
+        plan.ensembles.append(Ensemble(joint.name, tuple(rows), covariance, joint.dof, joint.about[0].partition("; ")[2]))
 
 
 def _add_groups(plan: Plan, campaign: Campaign, name: str) -> None:
@@ -148,7 +169,7 @@ def value_of(name: str) -> Callable[[Mapping[str, Any]], Any]:
     return lambda namespace: namespace[name]
 
 
-def _member(ensemble: Ensemble, member: str, mean: float, unit: str) -> Input:
+def _member(ensemble: fits.Ensemble, member: str, mean: float, unit: str) -> Input:
     """Return a mean as the file would state it, with the components that the file adds to those of the readings."""
     value = f"{convert(mean, unit)!r} {unit}" if unit != "1" else repr(mean)
     stated = Stated.model_validate({"value": value, "uncertainty": ensemble.uncertainty.get(member, ())})

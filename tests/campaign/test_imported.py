@@ -12,7 +12,7 @@ from metrology import chain
 from metrology.campaign.load import load
 from metrology.campaign.sources import read_sources
 from metrology.errors import MetrologyError
-from metrology.findings import to_json
+from metrology.findings import from_json, to_json
 
 HEAD = "format: metrology-campaign/1\ntitle: A calibration and its use\n"
 CALIBRATION = """\
@@ -124,3 +124,92 @@ fits:
     (source,) = [one for one in findings.results if one.name == "line.y9"]
     assert found["b"].framework.u == pytest.approx(2 * source.u)
     assert found["b"].dof == pytest.approx(3.0)
+
+
+def test_closed_form_a_cause_that_acts_the_other_way_keeps_its_sign(tmp_path: Path):
+    """far has the standard with the sign reversed: near + far leaves what is far's own, far - here has 2u of it."""
+    source = """\
+id: source
+causes: {standard: {standard: 0.04 mm, source: certificate S-1}}
+quantities:
+  a: {value: 100 mm, uncertainty: [{cause: standard}]}
+  b: {value: 200 mm, uncertainty: [{cause: standard, direction: opposite}, {standard: 0.01 mm, source: scale}]}
+derived:
+  - {quantity: near, expression: 1*a, unit: mm}
+  - {quantity: far, expression: 1*b, unit: mm}
+  - {quantity: apart, expression: b - a, unit: mm}
+"""
+    use = """\
+id: use
+causes: {{standard: {{standard: 0.04 mm, source: certificate S-1}}}}
+quantities:
+  near: {{from: source.json, result: near, sha256: {sha}}}
+  far: {{from: source.json, result: far, sha256: {sha}}}
+  apart: {{from: source.json, result: apart, sha256: {sha}}}
+  here: {{value: 50 mm, uncertainty: [{{cause: standard}}]}}
+derived:
+  - {{quantity: total, expression: near + far, unit: mm}}
+  - {{quantity: rest, expression: far - here, unit: mm}}
+  - {{quantity: same, expression: apart + here, unit: mm}}
+"""
+    found = _from_source(tmp_path, source, use)
+    assert found["total"].framework.u == pytest.approx(0.01e-3)
+    assert found["rest"].framework.u == pytest.approx(1e-3 * hypot(0.08, 0.01))
+    assert found["same"].framework.u == pytest.approx(1e-3 * hypot(0.04, 0.01))
+    assert found["rest"].monte_carlo.u == pytest.approx(found["rest"].framework.u, rel=0.01)
+
+
+def _from_source(folder: Path, source: str, use: str):
+    """Results of a campaign that imports those of another one."""
+    (folder / "source.yaml").write_text(HEAD + source)
+    raw = to_json(chain.evaluate(load(folder / "source.yaml"), coverage=False))
+    (folder / "source.json").write_bytes(raw)
+    return used(folder, use.format(sha=sha256(raw).hexdigest()))[1]
+
+
+def test_closed_form_results_of_readings_taken_together_keep_their_correlation(tmp_path: Path):
+    """From resistance and reactance of JCGM 100, H.2, follows the impedance that the readings give, with its u and ν.
+
+    Likewise the line at a point from its parameters, and what has a parameter in common with another result.
+    """
+    readings = "5.007,19.663e-3,1.0456\n4.994,19.639e-3,1.0438\n5.005,19.640e-3,1.0468\n4.990,19.685e-3,1.0428\n"
+    (tmp_path / "h2.csv").write_text(f"V / V,I / A,phi / rad\n{readings}4.999,19.678e-3,1.0433\n")
+    source = """\
+id: source
+ensembles: {h2: {readings: h2.csv, columns: {V: "V / V", I: "I / A", phi: "phi / rad"}}}
+fits:
+  line: {x: {values: [1, 2, 3, 4, 5]}, y: {values: [1.1, 1.9, 3.2, 3.8, 5.1]}, predict: [{name: y9, x: 9}]}
+derived:
+  - {quantity: R, expression: V/I*cos(phi), unit: ohm}
+  - {quantity: X, expression: V/I*sin(phi), unit: ohm}
+  - {quantity: Z, expression: V/I, unit: ohm}
+  - {quantity: twice, expression: 2*a, where: {a: line.intercept}, unit: '1'}
+"""
+    use = """\
+id: use
+quantities:
+  R: {{from: source.json, result: R, sha256: {sha}}}
+  R2: {{from: source.json, result: R, sha256: {sha}}}
+  X: {{from: source.json, result: X, sha256: {sha}}}
+  a: {{from: source.json, result: line.result.intercept, sha256: {sha}}}
+  b: {{from: source.json, result: line.result.slope, sha256: {sha}}}
+  c: {{from: source.json, result: twice, sha256: {sha}}}
+derived:
+  - {{quantity: Z, expression: 'sqrt(R*R2 + X**2)', unit: ohm}}
+  - {{quantity: y9, expression: a + 9*b, unit: '1'}}
+  - {{quantity: z9, expression: c/2 + 9*b, unit: '1'}}
+  - {{quantity: none, expression: 2*a - c, unit: '1'}}
+  - {{quantity: nought, expression: R - R2, unit: ohm}}
+"""
+    found = _from_source(tmp_path, source, use)
+    for name, own in (("Z", "Z"), ("y9", "line.y9"), ("z9", "line.y9")):
+        (expected,) = [one for one in _of(tmp_path) if one.name == own]
+        assert found[name].framework.u == pytest.approx(expected.framework.u, rel=1e-6), name
+        assert found[name].dof == pytest.approx(expected.dof), name
+        assert found[name].interval == pytest.approx(expected.interval, rel=1e-3), name
+    assert found["none"].framework.u == pytest.approx(0.0, abs=1e-6)
+    assert found["nought"].framework.u == pytest.approx(0.0, abs=1e-9)
+
+
+def _of(folder: Path):
+    return from_json(folder / "source.json").results
