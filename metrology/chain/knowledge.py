@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
-from math import hypot, inf, isclose, sqrt
+from math import hypot, inf, isclose
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,7 +14,7 @@ from metrology.chain.plan import Identity, Plan
 from metrology.declaration.quantity import Stated
 from metrology.errors import MetrologyError
 from metrology.gum import anova, functions
-from metrology.gum.distributions import Normal
+from metrology.gum.distributions import MeanSquare, Normal
 from metrology.gum.evaluation import Measurand
 from metrology.gum.inputs import Component, Ensemble, Input
 from metrology.gum.readings import simultaneous, type_a
@@ -90,7 +90,8 @@ def join_imported(plan: Plan, campaign: Campaign) -> None:
                     rows[name] = row
                     plan.inputs[name] = replace(plan.inputs[name], components=rest)
         covariance = np.array(joint.covariance)[np.ix_(list(rows.values()), list(rows.values()))]
-        plan.ensembles.append(Ensemble(joint.name, tuple(rows), covariance, joint.dof, joint.about[0].partition("; ")[2]))
+        source = joint.about[0].partition("; ")[2]
+        plan.ensembles.append(Ensemble(joint.name, tuple(rows), covariance, joint.dof, source))
 
 
 def _add_groups(plan: Plan, campaign: Campaign, name: str) -> None:
@@ -117,8 +118,8 @@ def _add_groups(plan: Plan, campaign: Campaign, name: str) -> None:
     plan.add_measurand(Measurand(f"{name}.{member}", value_of(member), stated.unit, said("mean of the groups")), shown)
     squares = {one.name: f"{name}.MS_{one.name}" for one in found.strata}
     for one in found.strata:
-        u = one.mean_square * sqrt(2 / one.dof)
-        part = Component(said("mean square"), Normal(u), inf, "A", said("{dof} degrees of freedom", dof=one.dof))
+        known = MeanSquare(one.mean_square, one.dof)
+        part = Component(said("mean square"), known, inf, "A", said("{dof} degrees of freedom", dof=one.dof))
         square = si_unit(units.dimension(unit) * units.dimension(unit))
         plan.add_inputs(
             [Input(squares[one.name], one.mean_square, (part,), square, said("mean square, {name}", name=one.name))]
