@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cache
-from math import inf, isfinite, sqrt
+from math import ceil, inf, isfinite, log10, sqrt
 from typing import TYPE_CHECKING, Any
 
 from metrology import jsontext
@@ -356,11 +356,12 @@ def _lost(result: Result, found: list[Part]) -> str:
     if max(abs(low - known.low), abs(high - known.high)) <= max(known.tolerance, _KEPT * u):
         return ""
     text = (
-        "its {percent:g} % interval there is {low:figures} to {high:figures}, here {here_low:figures} to "
+        "its symmetric {percent:g} % interval there is {low:figures} to {high:figures}, here {here_low:figures} to "
         "{here_high:figures}: its distribution is not carried over"
     )
     ends = {"low": known.low, "high": known.high, "here_low": float(low), "here_high": float(high)}
-    sizes = {name: readable(end, result.unit, 3) for name, end in ends.items()}
+    digits = 2 + max(1, ceil(log10(max(map(abs, ends.values())) / u)))
+    sizes = {name: readable(end, result.unit, digits) for name, end in ends.items()}
     return said(text, percent=100 * known.p, **sizes)
 
 

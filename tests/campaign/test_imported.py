@@ -13,6 +13,7 @@ from metrology.campaign.load import load
 from metrology.campaign.sources import read_sources
 from metrology.errors import MetrologyError
 from metrology.findings import from_json, to_json
+from metrology.language.wording import opening, own_names
 
 HEAD = "format: metrology-campaign/1\ntitle: A calibration and its use\n"
 CALIBRATION = """\
@@ -209,6 +210,37 @@ derived:
         assert found[name].interval == pytest.approx(expected.interval, rel=1e-3), name
     assert found["none"].framework.u == pytest.approx(0.0, abs=1e-6)
     assert found["nought"].framework.u == pytest.approx(0.0, abs=1e-9)
+
+
+def test_the_notice_of_a_lost_distribution_tells_its_ends_apart_and_keeps_names(tmp_path: Path):
+    source = """\
+id: source
+quantities: {x: {value: 300 mm, uncertainty: [{standard: 0.05 mm, distribution: exponential, source: wear}]}}
+derived: [{quantity: X, expression: 1*x, unit: mm}]
+"""
+    use = """\
+id: use
+quantities: {{length: {{from: source.json, result: X, sha256: {sha}}}}}
+derived: [{{quantity: L, expression: 1*length, unit: mm}}]
+"""
+    _from_source(tmp_path, source, use)
+    findings = chain.evaluate(load(tmp_path / "campaign.yaml"), coverage=False)
+    (notice,) = [text for text in findings.warnings if "not carried over" in text]
+    assert "there is 299.951 mm to 300.135 mm, here 299.902 mm to 300.098 mm" in notice
+    assert opening(notice, own_names(findings)).startswith("length: X of source")
+
+
+def test_of_uncertainties_that_cancel_it_is_said_that_they_do(tmp_path: Path):
+    text = """\
+id: use
+causes: {bath: {standard: 0.2 K, source: thermometer}}
+quantities: {a: {value: 293 K, uncertainty: [{cause: bath}]}, b: {value: 303 K, uncertainty: [{cause: bath}]}, c: 2 K}
+derived: [{quantity: rise, expression: b - a, unit: K}, {quantity: twice, expression: 2*c, unit: K}]
+"""
+    (tmp_path / "campaign.yaml").write_text(HEAD + text)
+    found = chain.evaluate(load(tmp_path / "campaign.yaml"), coverage=False).warnings
+    assert any(one.startswith("rise has u = 0") and "cancel" in one for one in found)
+    assert any(one.startswith("twice has u = 0: nothing that it depends on") for one in found)
 
 
 def _of(folder: Path):
