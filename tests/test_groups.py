@@ -85,4 +85,6 @@ def test_truth_a_deviation_of_few_groups_passes_no_limit_that_it_may_well_exceed
     assert verdict.specific_risk == pytest.approx(float(chdtr(4, 4 * 2e-6 / limit**2)), rel=0.02)
     assert verdict.verdict == "conditional pass"
     ends = (one.monte_carlo.low, one.monte_carlo.high)
+    assert one.headline  # the verdict is on page 1, and so is what it is on
+    assert not found["study.s_part"].result.headline
     assert ends == pytest.approx([(8e-6 / float(chdtri(4, p))) ** 0.5 for p in (0.025, 0.975)], rel=0.01)

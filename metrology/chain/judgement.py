@@ -34,9 +34,14 @@ _SLACK = 1e-9  # of the last printed place: what binary fractions may lack at a 
 
 
 def add_judged_inputs(plan: Plan, campaign: Campaign) -> None:
-    """Add the inputs that a requirement is on as results, since a verdict needs an evaluated quantity."""
+    """Add the inputs that a requirement is on as results, since a verdict needs an evaluated quantity.
+
+    Every result with a requirement stands on page 1: a verdict says which result it is on (ISO/IEC 17025:2017, 7.8.6.2).
+    """
     for requirement in campaign.requirements:
         name = requirement.quantity
+        if name in plan.identities:
+            plan.identities[name] = replace(plan.identities[name], headline=True)
         if name in plan.inputs and _judged(name) not in plan.names:
             quantity = plan.inputs[name]
             measurand = Measurand(_judged(name), value_of(name), quantity.unit, quantity.description)
