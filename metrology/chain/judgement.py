@@ -36,7 +36,7 @@ _SLACK = 1e-9  # of the last printed place: what binary fractions may lack at a 
 def add_judged_inputs(plan: Plan, campaign: Campaign) -> None:
     """Add the inputs that a requirement is on as results, since a verdict needs an evaluated quantity.
 
-    Every result with a requirement stands on page 1: a verdict says which result it is on (ISO/IEC 17025:2017, 7.8.6.2).
+    Every result with a requirement stands on page 1: a verdict says what it is on (ISO/IEC 17025:2017, 7.8.6.2).
     """
     for requirement in campaign.requirements:
         name = requirement.quantity
@@ -243,7 +243,7 @@ def surprise(output: Output, prior: Prior) -> float:
 Known = tuple[str, float, float, str, float]
 """Name, value, standard uncertainty, display unit, coverage factor of the expanded uncertainty."""
 STATED = 2.0
-"""Coverage factor of a value whose statement has no distribution of its own (ISO/IEC 17043:2010, B.3.1.3 e)."""
+"""Coverage factor of a value that is stated without degrees of freedom (ISO/IEC 17043:2010, B.3.1.3 e)."""
 
 
 def _with_inputs(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> Evaluation:
@@ -276,7 +276,7 @@ def _with_inputs(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> Eval
 
 def _asked(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> Iterator[tuple[str, Known | None, Known | None]]:
     for entry in campaign.comparisons:
-        a, b = (_side(side, plan, evaluation) for side in entry.between)
+        a, b = (_side(side, campaign, plan, evaluation) for side in entry.between)
         yield entry.title, a, b
 
 
@@ -301,12 +301,12 @@ def _relaxing(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> Iterato
         yield _comparison(title, parts[0], parts[1], evaluation)
 
 
-def _side(side: Side, plan: Plan, evaluation: Evaluation) -> Known | None:
+def _side(side: Side, campaign: Campaign, plan: Plan, evaluation: Evaluation) -> Known | None:
     if side.quantity is not None:
         return _known(side.quantity, plan, evaluation)
     assert side.value is not None
     name = side.value.source or side.value.description or said("stated value")
-    return name, side.value.si, side.value.u, side.value.unit, STATED
+    return name, side.value.si, side.value.u, side.value.unit, _stated_factor(side.value, campaign)
 
 
 def _known(name: str, plan: Plan, evaluation: Evaluation) -> Known | None:
@@ -342,7 +342,7 @@ def _with_references(
             yield (
                 said("{a} against {b}", a=name, b=label),
                 _known(name, plan, evaluation),
-                _reference(label, reference, identity),
+                (label, reference.si, reference.u, identity.display_unit, _stated_factor(reference, campaign)),
             )
 
 
@@ -352,8 +352,13 @@ def _reference_of(identity: Identity, references: Mapping[str, Stated]) -> State
     return references.get("E") if own is None and identity.quantity == "E_0" else own
 
 
-def _reference(label: str, reference: Stated, identity: Identity) -> Known:
-    return label, reference.si, reference.u, identity.display_unit, STATED
+def _stated_factor(stated: Stated, campaign: Campaign) -> float:
+    """Coverage factor of a stated value: Student's t where it has degrees of freedom (JCGM 100, G.4.1)."""
+    from metrology.gum.law import coverage_factor
+
+    components = stated.input("").components
+    squares = sum(part.u**4 / part.dof for part in components if isfinite(part.dof))
+    return coverage_factor(campaign.coverage_probability, stated.u**4 / squares) if squares else STATED
 
 
 def _comparison(title: str, a: Known, b: Known, evaluation: Evaluation) -> Comparison:

@@ -243,5 +243,25 @@ derived: [{quantity: rise, expression: b - a, unit: K}, {quantity: twice, expres
     assert any(one.startswith("twice has u = 0: nothing that it depends on") for one in found)
 
 
+def test_twice_a_comparison_by_a_stated_side_takes_its_degrees_of_freedom_as_by_a_quantity(tmp_path: Path):
+    """20.0 N with u = 0.2 N of three readings against 20.9 N: U is 0.86 N, whichever way the value is written."""
+    text = """\
+id: use
+quantities:
+  theirs: {value: 20.0 N, uncertainty: [{standard: 0.2 N, dof: 2, type: A, source: readings}]}
+  mine: {value: 20.9 N, uncertainty: [{standard: 0.1 N, source: certificate}]}
+derived: [{quantity: force, expression: 1*mine, unit: N}, {quantity: other, expression: 1*theirs, unit: N}]
+comparisons:
+  - {between: [force, other]}
+  - between:
+      - force
+      - {value: 20.0 N, uncertainty: [{standard: 0.2 N, dof: 2, type: A, source: readings}], source: other laboratory}
+"""
+    (tmp_path / "campaign.yaml").write_text(HEAD + text)
+    by_name, as_stated = chain.evaluate(load(tmp_path / "campaign.yaml"), coverage=False).comparisons
+    assert by_name.en == pytest.approx(0.9 / hypot(4.3027 * 0.2, 1.96 * 0.1), rel=1e-3)
+    assert as_stated.en == pytest.approx(by_name.en, rel=1e-3)
+
+
 def _of(folder: Path):
     return from_json(folder / "source.json").results
