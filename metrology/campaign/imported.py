@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cache
+from hashlib import sha256
 from math import ceil, inf, isfinite, log10, sqrt
 from typing import TYPE_CHECKING, Any
 
@@ -29,6 +30,8 @@ SUFFIX = ".json"
 KEYS = {"from", "result", "sha256"}
 _SHAPES = ("rectangular", "triangular", "arcsine")
 """Distributions that their standard uncertainty describes; others enter as normal ones of the same u."""
+_IMPORTED = "imported-"
+"""Beginning of the names of causes that are given here, by file and row of its budget: the same in all campaigns."""
 _LEAST = 1e-9
 """Part of u² below which a difference is rounding."""
 _KEPT = 0.05
@@ -493,15 +496,14 @@ def _freedom(found: list[Part]) -> float:
 def _enter(
     data: dict[str, Any], entered: list[tuple[dict[str, Any], str, Result, list[Part]]], declared: set[str]
 ) -> None:
-    """Write value and components, and the causes that several imported results have in common."""
-    uses = Counter((entry["from"], part.key) for entry, _, _, found in entered for part in found)
-    common = [key for key, times in uses.items() if times > 1]
+    """Write value and components, each with the unknown that it is: its cause in whatever campaign imports it."""
     for entry, about, result, found in entered:
         components = []
         for part in found:
-            cause, key = part.cause if part.cause in declared else "", (entry["from"], part.key)
-            if not cause and key in common:
-                cause = f"imported-{1 + common.index(key)}"
+            cause = part.cause
+            if cause not in declared and not cause.startswith(_IMPORTED):
+                cause = _IMPORTED + sha256(f"{entry['sha256'].lower()} {part.key}".encode()).hexdigest()[:12]
+            if cause not in declared:
                 data.setdefault("causes", {})[cause] = {"description": f"{part.name}, of {entry['from']}"}
             components.append(_component(part, about, result.unit, cause, own=cause not in declared))
         value = {"value": _amount(result.value, result.unit), "source": about}
@@ -521,9 +523,7 @@ def _component(part: Part, about: str, unit: str, cause: str, *, own: bool) -> d
         stated["type"] = part.kind
         stated |= {"dof": repr(part.dof)} if part.dof is not None else {}
         stated |= {"distribution": part.distribution} if part.distribution != "normal" else {}
-    if cause:
-        stated |= {"cause": cause, "direction": "opposite" if part.contribution < 0 else "same"}
-    return stated
+    return stated | {"cause": cause, "direction": "opposite" if part.contribution < 0 else "same"}
 
 
 def _amount(value: float, unit: str) -> str:

@@ -263,5 +263,36 @@ comparisons:
     assert as_stated.en == pytest.approx(by_name.en, rel=1e-3)
 
 
+def test_closed_form_what_is_imported_twice_on_different_ways_is_one_unknown(tmp_path: Path):
+    """A mass by its own campaign, and half of it by one that imports it: M + M/2 has u = 1.5·u(M), their ratio none."""
+    standard = """\
+id: standard
+quantities: {std: {value: 1 kg, uncertainty: [{standard: 0.1 g, source: certificate}]}}
+derived: [{quantity: M, expression: 1*std, unit: kg}, {quantity: below, expression: -1*std, unit: kg}]
+"""
+    _from_source(tmp_path, standard, "id: none")
+    first = (tmp_path / "source.json").read_bytes()
+    balance = """\
+id: balance
+quantities: {{below: {{from: source.json, result: below, sha256: {sha}}}}}
+derived: [{{quantity: half, expression: -0.5*below, unit: kg}}]
+"""
+    used(tmp_path, balance.format(sha=sha256(first).hexdigest()))
+    second = to_json(chain.evaluate(load(tmp_path / "campaign.yaml"), coverage=False))
+    (tmp_path / "balance.json").write_bytes(second)
+    use = f"""\
+id: use
+quantities:
+  M: {{from: source.json, result: M, sha256: {sha256(first).hexdigest()}}}
+  half: {{from: balance.json, result: half, sha256: {sha256(second).hexdigest()}}}
+derived:
+  - {{quantity: total, expression: M + half, unit: kg}}
+  - {{quantity: ratio, expression: half/M, unit: '1'}}
+"""
+    found = used(tmp_path, use)[1]
+    assert found["total"].framework.u == pytest.approx(0.15e-3)
+    assert found["ratio"].framework.u == pytest.approx(0.0, abs=1e-12)
+
+
 def _of(folder: Path):
     return from_json(folder / "source.json").results
