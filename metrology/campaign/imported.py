@@ -186,9 +186,11 @@ class Together:
     Parameters
     ----------
     name : str
-        Name of this component of each of them.
+        What it is.
     about : tuple of str
         Of each result the source that its components name.
+    component : tuple of str
+        Of each result the name of this component.
     covariance : tuple of tuple of float
         Of the results, in SI.
     dof : float
@@ -197,6 +199,7 @@ class Together:
 
     name: str
     about: tuple[str, ...]
+    component: tuple[str, ...]
     covariance: tuple[tuple[float, ...], ...]
     dof: float
 
@@ -469,12 +472,13 @@ def _jointly(
             sources = {part.source for part in found}
             source = sources.pop() if len(sources) == 1 else ""
             key = f"{results[at].name}: {name}"
-            one = Part(key, name, size, "normal", None if dof == inf else dof, kind, source, "")
+            one = Part(key, key, size, "normal", None if dof == inf else dof, kind, source, "")
             all_parts[:] = [*(part for part in all_parts if part.key in kept[at]), one]
         sizes, axes = np.linalg.eigh(rest[np.ix_(group, group)])
         block = (axes * np.maximum(sizes, 0.0)) @ axes.T  # without what rounding makes less than nothing
         rows = tuple(map(tuple, ((block + block.T) / 2).tolist()))
-        yield Together(name, tuple(about[at] for at in group), rows, min(dof, _ENDLESS))
+        components = tuple(f"{results[at].name}: {name}" for at in group)
+        yield Together(name, tuple(about[at] for at in group), components, rows, min(dof, _ENDLESS))
 
 
 def _groups(joined: Any) -> Iterator[list[int]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
-from math import hypot, inf, isclose
+from math import inf, isclose
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -80,18 +80,19 @@ def join_imported(plan: Plan, campaign: Campaign) -> None:
             if any(part.source.endswith(one.about) for part in quantity.components)
         )  # fmt: skip
     for joint in campaign.together:
-        rows = dict[str, int]()
-        for row, about in enumerate(joint.about):
+        # An input is one of the results, or a sum of masses of which several may be.
+        weights: dict[str, list[float]] = {}
+        for row, (about, component) in enumerate(zip(joint.about, joint.component, strict=True)):
             for name in plan.imported[about]:
-                components = plan.inputs[name].components
-                rest = tuple(part for part in components if part.name != joint.name)
-                # Not a sum of masses, of which the result is only one.
-                if isclose(hypot(*(part.u for part in {*components} - {*rest})) ** 2, joint.covariance[row][row]):
-                    rows[name] = row
-                    plan.inputs[name] = replace(plan.inputs[name], components=rest)
-        covariance = np.array(joint.covariance)[np.ix_(list(rows.values()), list(rows.values()))]
+                item = plan.inputs[name]
+                rest = tuple(part for part in item.components if part.name != component)
+                if len(rest) < len(item.components):
+                    weights.setdefault(name, [0.0] * len(joint.about))[row] = 1.0
+                    plan.inputs[name] = replace(item, components=rest)
+        added = np.array(list(weights.values()))
+        covariance = added @ np.array(joint.covariance) @ added.T
         source = joint.about[0].partition("; ")[2]
-        plan.ensembles.append(Ensemble(joint.name, tuple(rows), covariance, joint.dof, source))
+        plan.ensembles.append(Ensemble(joint.name, tuple(weights), covariance, joint.dof, source))
 
 
 def _add_groups(plan: Plan, campaign: Campaign, name: str) -> None:

@@ -294,5 +294,49 @@ derived:
     assert found["ratio"].framework.u == pytest.approx(0.0, abs=1e-12)
 
 
+def test_twice_a_sum_of_imported_masses_has_the_u_that_their_own_campaign_gives_it(tmp_path: Path):
+    """Three masses weighed together: a + b + c of their own campaign, and as a dead load of another one."""
+    (tmp_path / "w.csv").write_text(
+        "a / kg,b / kg,c / kg\n1.00,1.02,0.99\n1.01,1.00,1.00\n1.03,1.01,0.98\n1.02,1.03,0.9\n"
+    )
+    source = """\
+id: source
+ensembles: {w: {readings: w.csv, columns: {a: "a / kg", b: "b / kg", c: "c / kg"}}}
+derived:
+  - {quantity: A, expression: 1*a, unit: kg}
+  - {quantity: B, expression: 1*b, unit: kg}
+  - {quantity: C, expression: 1*c, unit: kg}
+  - {quantity: all, expression: a + b + c, unit: kg}
+"""
+    use = """\
+id: use
+masses:
+  a: {{from: source.json, result: A, sha256: {sha}}}
+  b: {{from: source.json, result: B, sha256: {sha}}}
+  c: {{from: source.json, result: C, sha256: {sha}}}
+instruments: {{indicator: {{kind: dial indicator, resolution: 0.001 mm}}}}
+samples: {{wire: {{material: steel}}}}
+tests:
+  pull:
+    method: elongation
+    sample: wire
+    instruments: {{extension: indicator}}
+    gravity: 9.8065 m/s^2
+    loads: {{A: {{mass: a}}, B: {{mass: a + b}}, C: {{mass: a + b + c}}}}
+    readings: pull.csv
+"""
+    rows = [f"{load},{at},{at + 0.01 * n:.3f}" for at, load in enumerate("ABC", 1) for n in range(3)]
+    text = "load,repeat,reading / mm\n" + "\n".join(f"{row[0]},{n % 3 + 1},{row[4:]}" for n, row in enumerate(rows))
+    (tmp_path / "pull.csv").write_text(text + "\n")
+    _from_source(tmp_path, source, "id: none")
+    sha = sha256((tmp_path / "source.json").read_bytes()).hexdigest()
+    (tmp_path / "campaign.yaml").write_text(HEAD + use.format(sha=sha))
+    (joint,) = [one for one in chain.build(load(tmp_path / "campaign.yaml")).ensembles if "pull.load C" in one.members]
+    (whole,) = [one for one in _of(tmp_path) if one.name == "all"]
+    at = joint.members.index("pull.load C")
+    assert joint.covariance[at][at] == pytest.approx(whole.framework.u**2)
+    assert joint.dof == pytest.approx(3.0)
+
+
 def _of(folder: Path):
     return from_json(folder / "source.json").results
