@@ -13,6 +13,7 @@ from metrology.chain import across, zener
 from metrology.chain.derived import over
 from metrology.chain.knowledge import value_of
 from metrology.chain.plan import Identity, Plan
+from metrology.declaration.quantity import Stated
 from metrology.findings import AuditRow, Comparison, Conformity, Withheld
 from metrology.gum.comparison import en
 from metrology.gum.conformity import Limits, Prior, Rule, decide, rule_risk
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
     from metrology.campaign.judgement import Audit, Decision, Requirement, Side
     from metrology.campaign.schema import Campaign
     from metrology.chain.standing import Doubt
-    from metrology.declaration.quantity import Stated
     from metrology.gum.evaluation import Evaluation
     from metrology.gum.output import Output
 
@@ -240,8 +240,8 @@ def surprise(output: Output, prior: Prior) -> float:
     return float(max(0.0, 2 * min(below, 1 - below)))
 
 
-Known = tuple[str, float, float, str, float]
-"""Name, value, standard uncertainty, display unit, coverage factor of the expanded uncertainty."""
+Known = tuple[str, float, float, str, float, Stated | None]
+"""Name, value, standard uncertainty, display unit, coverage factor of the expanded uncertainty; how it is stated."""
 STATED = 2.0
 """Coverage factor of a value that is stated without degrees of freedom (ISO/IEC 17043:2010, B.3.1.3 e)."""
 
@@ -294,8 +294,8 @@ def _relaxing(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> Iterato
     """Relaxation time, and part of the stiffness, of a Zener element and of what a held elongation shows beside it."""
     for a, b in zener.pairs(campaign, plan, evaluation):
         title = said("{a} against {b}", a=a.name, b=b.name)
-        times: list[Known] = [(one.name, one.time, one.time_u, "s", STATED) for one in (a, b)]
-        parts: list[Known] = [(one.name, one.part, one.part_u, "1", STATED) for one in (a, b)]
+        times: list[Known] = [(one.name, one.time, one.time_u, "s", STATED, None) for one in (a, b)]
+        parts: list[Known] = [(one.name, one.part, one.part_u, "1", STATED, None) for one in (a, b)]
         yield _comparison(said("Relaxation time: {pair}", pair=title), times[0], times[1], evaluation)
         title = said("Part of the stiffness that relaxes: {pair}", pair=title)
         yield _comparison(title, parts[0], parts[1], evaluation)
@@ -306,7 +306,7 @@ def _side(side: Side, campaign: Campaign, plan: Plan, evaluation: Evaluation) ->
         return _known(side.quantity, plan, evaluation)
     assert side.value is not None
     name = side.value.source or side.value.description or said("stated value")
-    return name, side.value.si, side.value.u, side.value.unit, _stated_factor(side.value, campaign)
+    return _as_stated(name, side.value, side.value.unit, campaign)
 
 
 def _known(name: str, plan: Plan, evaluation: Evaluation) -> Known | None:
@@ -317,11 +317,11 @@ def _known(name: str, plan: Plan, evaluation: Evaluation) -> Known | None:
             return None
         identity = plan.identities.get(name)
         unit = (identity.display_unit if identity else scale(estimate.value, estimate.unit)[1]) or estimate.unit
-        return name, *estimate.reported, unit, _coverage_factor(estimate)
+        return name, *estimate.reported, unit, _coverage_factor(estimate), None
     stated = plan.inputs.get(name)
     if stated is None:
         return None
-    return name, stated.value, stated.u, scale(stated.value, stated.unit)[1] or stated.unit, STATED
+    return name, stated.value, stated.u, scale(stated.value, stated.unit)[1] or stated.unit, STATED, None
 
 
 def _coverage_factor(estimate: Estimate) -> float:
@@ -342,7 +342,7 @@ def _with_references(
             yield (
                 said("{a} against {b}", a=name, b=label),
                 _known(name, plan, evaluation),
-                (label, reference.si, reference.u, identity.display_unit, _stated_factor(reference, campaign)),
+                _as_stated(label, reference, identity.display_unit, campaign),
             )
 
 
@@ -352,17 +352,33 @@ def _reference_of(identity: Identity, references: Mapping[str, Stated]) -> State
     return references.get("E") if own is None and identity.quantity == "E_0" else own
 
 
-def _stated_factor(stated: Stated, campaign: Campaign) -> float:
-    """Coverage factor of a stated value: Student's t where it has degrees of freedom (JCGM 100, G.4.1)."""
+def _as_stated(name: str, stated: Stated, unit: str, campaign: Campaign) -> Known:
+    """A stated value; with degrees of freedom its coverage factor is Student's t (JCGM 100, G.4.1)."""
     from metrology.gum.law import coverage_factor
 
-    components = stated.input("").components
-    squares = sum(part.u**4 / part.dof for part in components if isfinite(part.dof))
-    return coverage_factor(campaign.coverage_probability, stated.u**4 / squares) if squares else STATED
+    squares = sum(part.u**4 / part.dof for part in stated.input("").components if isfinite(part.dof))
+    factor = coverage_factor(campaign.coverage_probability, stated.u**4 / squares) if squares else STATED
+    return name, stated.si, stated.u, unit, factor, stated
+
+
+def _by_causes(a: Known, b: Known, evaluation: Evaluation) -> float:
+    """Correlation coefficient of a result and a stated value by the causes that both name (JCGM 100, F.1.2.3)."""
+    for (name, *_), (*_, stated) in ((a, b), (b, a)):
+        estimate = evaluation.estimates.get(name)
+        if stated is None or estimate is None or not estimate.u * stated.u > 0:
+            continue
+        moved = dict[str, float]()
+        for row in estimate.budget:
+            moved[row.cause] = moved.get(row.cause, 0.0) + (-row.contribution if row.opposite else row.contribution)
+        parts = (part for part in stated.input("").components if part.cause)
+        shared = sum(moved.get(part.cause, 0.0) * (-part.u if part.opposite else part.u) for part in parts)
+        return shared / (estimate.u * stated.u)
+    return 0.0
 
 
 def _comparison(title: str, a: Known, b: Known, evaluation: Evaluation) -> Comparison:
-    agreement = en(a[1], a[2], b[1], b[2], correlation=across.correlation(evaluation, a[0], b[0]), k=(a[4], b[4]))
+    r = across.correlation(evaluation, a[0], b[0]) or _by_causes(a, b, evaluation)
+    agreement = en(a[1], a[2], b[1], b[2], correlation=r, k=(a[4], b[4]))
     return Comparison(
         title=title or said("{a} against {b}", a=a[0], b=b[0]),
         a=a[0],

@@ -294,6 +294,30 @@ derived:
     assert found["ratio"].framework.u == pytest.approx(0.0, abs=1e-12)
 
 
+def test_twice_a_comparison_by_a_stated_side_knows_the_cause_that_both_share(tmp_path: Path):
+    """Both by one force standard: the difference has only the readings, whichever way the other value is written."""
+    text = """\
+id: use
+causes: {standard: {standard: 0.2 N, source: force standard}}
+quantities:
+  mine: {value: 20.0 N, uncertainty: [{cause: standard}, {standard: 0.02 N, source: readings}]}
+  theirs: {value: 20.2 N, uncertainty: [{cause: standard}, {standard: 0.02 N, source: readings}]}
+  turned: {value: 20.2 N, uncertainty: [{cause: standard, direction: opposite}]}
+derived: [{quantity: force, expression: 1*mine, unit: N}]
+comparisons:
+  - {between: [force, theirs]}
+  - between: [force, {value: 20.2 N, uncertainty: [{cause: standard}, {standard: 0.02 N, source: readings}], source: B}]
+  - {between: [force, turned]}
+  - between: [{value: 20.2 N, uncertainty: [{cause: standard, direction: opposite}], source: C}, force]
+"""
+    (tmp_path / "campaign.yaml").write_text(HEAD + text)
+    same, stated, turned, other = chain.evaluate(load(tmp_path / "campaign.yaml"), coverage=False).comparisons
+    assert same.en == pytest.approx(-0.2 / (1.96 * hypot(0.02, 0.02)), rel=1e-3)
+    assert stated.en == pytest.approx(same.en, rel=0.15)  # k = 2, where that of a result is 1.96
+    assert not stated.agrees
+    assert other.en == pytest.approx(-turned.en, rel=0.02)
+
+
 def test_twice_a_sum_of_imported_masses_has_the_u_that_their_own_campaign_gives_it(tmp_path: Path):
     """Three masses weighed together: a + b + c of their own campaign, and as a dead load of another one."""
     (tmp_path / "w.csv").write_text(
