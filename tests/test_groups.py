@@ -88,3 +88,12 @@ def test_truth_a_deviation_of_few_groups_passes_no_limit_that_it_may_well_exceed
     assert one.headline  # the verdict is on page 1, and so is what it is on
     assert not found["study.s_part"].result.headline
     assert ends == pytest.approx([(8e-6 / float(chdtri(4, p))) ** 0.5 for p in (0.025, 0.975)], rel=0.01)
+
+
+def test_law_a_mean_with_a_requirement_stands_once_on_page_1_in_its_unit(tmp_path: Path) -> None:
+    (tmp_path / "gauge.csv").write_text(ROWS)
+    study = {"readings": "gauge.csv", "columns": {"x": "x / mm"}, "crossed": ["operator", "part"]}
+    asked = {"id": "R1", "quantity": "x", "limits": {"lower": "1 mm"}, "decision": {"rule": "guard band"}}
+    found = run({**STATED, "ensembles": {"study": study}, "requirements": [asked]}, folder=tmp_path, coverage=False)
+    shown = [(one.quantity, one.display_unit) for one in found.findings.results if one.headline]
+    assert shown == [("x", "mm")]

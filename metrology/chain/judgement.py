@@ -46,6 +46,12 @@ def add_judged_inputs(plan: Plan, campaign: Campaign) -> None:
             quantity = plan.inputs[name]
             measurand = Measurand(_judged(name), value_of(name), quantity.unit, quantity.description)
             unit = campaign.quantities[name].unit if name in campaign.quantities else quantity.unit
+            # What readings or a fit give is a result already, which need not stand there twice.
+            of_readings = (f"{key}.{name}" for key, one in campaign.ensembles.items() if name in one.columns)
+            twin = next(of_readings, name.replace(".", ".result.", 1))
+            if twin in plan.identities:
+                unit = plan.identities[twin].display_unit
+                plan.identities[twin] = replace(plan.identities[twin], headline=False)
             plan.add_measurand(measurand, Identity(name, "derived", display_unit=unit))
 
 
