@@ -163,7 +163,7 @@ def _words() -> tuple[str, ...]:
     """Words that findings hold as they are: names of quantities, checks, effects, verdicts, methods."""
     from metrology.coordinate import QUANTITIES, SENSED
     from metrology.diagnostics import candidate
-    from metrology.gum.distributions import DISTRIBUTIONS
+    from metrology.gum.distributions import DISTRIBUTIONS, MeanSquare
     from metrology.language.wording import PLAIN
     from metrology.methods import METHODS
     from metrology.readings.formats import FORMATS
@@ -187,7 +187,8 @@ def _words() -> tuple[str, ...]:
         *(text for method in METHODS.values() for text in (method.title, method.standard)),
         *(text for table in tables for one in table.values() for text in _of_cause(one)), *_named(),
         *(words for _, words in (*DYNAMIC, *STATIC)), *OTHER_SLIPS.values(),
-        *DISTRIBUTIONS, *PLAIN.values(), *(description for _, description in attachments.MADE.values()),
+        *DISTRIBUTIONS, MeanSquare.name, *PLAIN.values(),
+        *(description for _, description in attachments.MADE.values()),
         *(one.title for one in FORMATS), "extension", "load", "direction", "order", "curve", "wander",
         "time in each run", "time in proportion to the thrust",
         "load in the set-up", "load in the extensometer", "direction in the set-up", "direction in the extensometer",

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from scipy.special import chdtr, chdtri
 
 from metrology import run
 from metrology.errors import MetrologyError
@@ -68,3 +69,31 @@ def test_refusal_of_combinations_that_share_no_level_names_the_file(tmp_path: Pa
     rows = "operator,part,x / mm\nA,p,1\nA,p,2\nB,q,3\nB,q,5"
     with pytest.raises(MetrologyError, match=r"gauge\.csv crossed.*2 of the 4 combinations of operator and part"):
         _run(tmp_path, rows=rows, crossed=["operator", "part"])
+
+
+def test_truth_a_deviation_of_few_groups_passes_no_limit_that_it_may_well_exceed(tmp_path: Path) -> None:
+    """The readings within two operators and parts: s = 1.41 mm with ν = 4; P(σ > L) = P(χ² < ν·s²/L²)."""
+    limit = 3e-3
+    (tmp_path / "gauge.csv").write_text(ROWS)
+    study = {"readings": "gauge.csv", "columns": {"x": "x / mm"}, "crossed": ["operator", "part"]}
+    rule = {"rule": "specific risk", "risk": 0.01}
+    asked = {"id": "R1", "quantity": "study.s_within", "limits": {"upper": f"{limit} m"}, "decision": rule}
+    found = run({**STATED, "ensembles": {"study": study}, "requirements": [asked]}, folder=tmp_path, coverage=False)
+    (verdict,), one = found.findings.conformity, found["study.s_within"].result
+    assert one.framework.value == pytest.approx(2**0.5 * 1e-3)
+    assert one.framework.u == pytest.approx(2**0.5 * 1e-3 / 8**0.5)
+    assert verdict.specific_risk == pytest.approx(float(chdtr(4, 4 * 2e-6 / limit**2)), rel=0.02)
+    assert verdict.verdict == "conditional pass"
+    ends = (one.monte_carlo.low, one.monte_carlo.high)
+    assert one.headline  # the verdict is on page 1, and so is what it is on
+    assert not found["study.s_part"].result.headline
+    assert ends == pytest.approx([(8e-6 / float(chdtri(4, p))) ** 0.5 for p in (0.025, 0.975)], rel=0.01)
+
+
+def test_law_a_mean_with_a_requirement_stands_once_on_page_1_in_its_unit(tmp_path: Path) -> None:
+    (tmp_path / "gauge.csv").write_text(ROWS)
+    study = {"readings": "gauge.csv", "columns": {"x": "x / mm"}, "crossed": ["operator", "part"]}
+    asked = {"id": "R1", "quantity": "x", "limits": {"lower": "1 mm"}, "decision": {"rule": "guard band"}}
+    found = run({**STATED, "ensembles": {"study": study}, "requirements": [asked]}, folder=tmp_path, coverage=False)
+    shown = [(one.quantity, one.display_unit) for one in found.findings.results if one.headline]
+    assert shown == [("x", "mm")]

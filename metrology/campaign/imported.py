@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
-from math import inf, isfinite, sqrt
+from hashlib import sha256
+from math import ceil, inf, isfinite, log10, sqrt
 from typing import TYPE_CHECKING, Any
 
 from metrology import jsontext
@@ -29,10 +30,16 @@ SUFFIX = ".json"
 KEYS = {"from", "result", "sha256"}
 _SHAPES = ("rectangular", "triangular", "arcsine")
 """Distributions that their standard uncertainty describes; others enter as normal ones of the same u."""
+_IMPORTED = "imported-"
+"""Beginning of the names of causes that are given here, by file and row of its budget: the same in all campaigns."""
 _LEAST = 1e-9
 """Part of u² below which a difference is rounding."""
 _KEPT = 0.05
 """Part of u by which an end of the interval may move before the distribution counts as lost."""
+_APART = 1e-6
+"""Correlation between two results that what they share by name does not explain, above which it is no rounding."""
+_ENDLESS = 1e9
+"""Degrees of freedom of what is taken as known, where a number is asked for."""
 _DRAWS = 200_000
 """Draws by which that is seen: they place the end of a 95 % interval to a hundredth of u."""
 
@@ -103,11 +110,21 @@ class Origin:
 
 
 @dataclass(frozen=True)
+class Related:
+    """Correlation coefficient between two results."""
+
+    a: str
+    b: str
+    coefficient: float
+
+
+@dataclass(frozen=True)
 class Results:
     """What is taken of a `results.json`; the rest is passed over."""
 
     campaign: Origin
     results: tuple[Result, ...]
+    correlations: tuple[Related, ...] = ()
     withheld: tuple[Withheld, ...] = ()
     conformity: tuple[Judged, ...] = ()
     tests: tuple[dict[str, Any], ...] = ()
@@ -162,11 +179,37 @@ class Imported:
     lost: str
 
 
-def enter_results(document: Document) -> tuple[tuple[SourceFile, ...], tuple[Imported, ...]]:
+@dataclass(frozen=True)
+class Together:
+    """Part of the uncertainty that results of one file have jointly: readings taken together, parameters of one fit.
+
+    Parameters
+    ----------
+    name : str
+        What it is.
+    about : tuple of str
+        Of each result the source that its components name.
+    component : tuple of str
+        Of each result the name of this component.
+    covariance : tuple of tuple of float
+        Of the results, in SI.
+    dof : float
+        Degrees of freedom, the fewest that any of them has.
+    """
+
+    name: str
+    about: tuple[str, ...]
+    component: tuple[str, ...]
+    covariance: tuple[tuple[float, ...], ...]
+    dof: float
+
+
+def enter_results(document: Document) -> tuple[tuple[SourceFile, ...], tuple[Imported, ...], tuple[Together, ...]]:
     """Enter value and components of every quantity that names a result of another campaign under ``from``.
 
     A component keeps the cause that its campaign names where this one declares a cause of that name: it is the same
-    unknown. What two results of one file have in common is a cause of both.
+    unknown. What two results of one file have in common is a cause of both; what else correlates them there is one
+    component of each, and these have their covariance.
 
     Files that are not there or not the ones meant, and results that they do not have, are faults of the document.
 
@@ -176,11 +219,15 @@ def enter_results(document: Document) -> tuple[tuple[SourceFile, ...], tuple[Imp
         The results that were read.
     imported : tuple of Imported
         What must be known of each result that was entered.
+    together : tuple of Together
+        Components of several results that have a covariance.
     """
     data = document.data if isinstance(document.data, dict) else {}
     files: dict[str, tuple[SourceFile, Results]] = {}
     entered: list[tuple[dict[str, Any], str, Result, list[Part]]] = []
     imported: dict[str, Imported] = {}
+    together: list[Together] = []
+    once: dict[str, list[Part]] = {}
     for place, entry in list(_entries(data, ())):
         try:
             source, findings = _read(document, entry, files)
@@ -195,11 +242,18 @@ def enter_results(document: Document) -> tuple[tuple[SourceFile, ...], tuple[Imp
         about = f"{report}, {result.name}"
         if findings.campaign.reconstructed:
             about += ", reconstructed"
-        about, found = f"{about}; SHA-256 {source.sha256[:12]}…", parts(result)
+        about = f"{about}; SHA-256 {source.sha256[:12]}…"
+        found = once.setdefault(about, parts(result))
         entered.append((entry, about, result, found))
-        imported[about] = Imported(about, result.name, report, _reasons(findings, result), _lost(result, found))
-    _enter(data, entered)
-    return tuple(source for source, _ in files.values()), tuple(imported.values())
+        imported[about] = Imported(about, result.name, report, _reasons(findings, result), "")
+    declared = _declared(data)
+    for name, (_, findings) in files.items():
+        of_file = {about: (result, found) for entry, about, result, found in entered if entry["from"] == name}
+        together += _jointly(of_file, findings.correlations, declared)
+    lost = {about: _lost(result, found) for about, (result, found) in {e[1]: e[2:] for e in entered}.items()}
+    _enter(data, entered, declared)
+    known = tuple(replace(one, lost=lost[about]) for about, one in imported.items())
+    return tuple(source for source, _ in files.values()), known, tuple(together)
 
 
 @dataclass
@@ -308,11 +362,12 @@ def _lost(result: Result, found: list[Part]) -> str:
     if max(abs(low - known.low), abs(high - known.high)) <= max(known.tolerance, _KEPT * u):
         return ""
     text = (
-        "its {percent:g} % interval there is {low:figures} to {high:figures}, here {here_low:figures} to "
+        "its symmetric {percent:g} % interval there is {low:figures} to {high:figures}, here {here_low:figures} to "
         "{here_high:figures}: its distribution is not carried over"
     )
     ends = {"low": known.low, "high": known.high, "here_low": float(low), "here_high": float(high)}
-    sizes = {name: readable(end, result.unit, 3) for name, end in ends.items()}
+    digits = 2 + max(1, ceil(log10(max(map(abs, ends.values())) / u)))
+    sizes = {name: readable(end, result.unit, digits) for name, end in ends.items()}
     return said(text, percent=100 * known.p, **sizes)
 
 
@@ -340,16 +395,16 @@ def parts(result: Result) -> list[Part]:
     if not u > 0:
         return []
     found, joined = list[Part](), list[Any]()
-    causes: dict[str, list[Any]] = {}
-    for row in result.budget:
-        if row.cause:
-            causes.setdefault(row.cause, []).append(row)
-        elif abs(row.share * u**2 - row.contribution**2) > _LEAST * u**2:
-            joined.append(row)
-        elif row.contribution:
-            found.append(_part(row, row.contribution))
-    for rows in causes.values():
-        found.append(_part(rows[0], sum(row.contribution for row in rows)))
+    alike: dict[Any, list[Any]] = {}
+    for at, row in enumerate(result.budget):
+        alike.setdefault(row.cause or at, []).append(row)
+    for rows in alike.values():
+        size = sum(-row.contribution if row.opposite else row.contribution for row in rows)
+        # A file of a version that does not write the direction of a cause has what the rows make together all the same.
+        if abs(u**2 * sum(row.share for row in rows) - size**2) > _LEAST * u**2:
+            joined += rows
+        else:
+            found.append(_part(rows[0], size))
     sets: dict[str, list[Any]] = {}
     for row in joined:
         sets.setdefault(row.component, []).append(row)
@@ -359,7 +414,9 @@ def parts(result: Result) -> list[Part]:
     for name, rows in sets.items():
         size = sqrt(max(variances[name], 0.0))
         dof = rows[0].dof if len({row.dof for row in rows}) == 1 else None
-        found.append(Part(name, name, size, "normal", dof, rows[0].kind, rows[0].source, ""))
+        # Its own of this result: what it does to another one is not told by its size.
+        key = f"{result.name}: {name}"
+        found.append(Part(key, name, size, "normal", dof, rows[0].kind, rows[0].source, ""))
     return [part for part in found if part.contribution]
 
 
@@ -369,18 +426,88 @@ def _part(row: Any, contribution: float) -> Part:
     return Part(row.cause or name, name, contribution, shape, row.dof, row.kind, row.source, row.cause)
 
 
-def _enter(data: dict[str, Any], entered: list[tuple[dict[str, Any], str, Result, list[Part]]]) -> None:
-    """Write value and components, and the causes that several imported results have in common."""
+def _declared(data: dict[str, Any]) -> set[str]:
     causes = data.get("causes")
-    declared = set(causes) if isinstance(causes, dict) else set()
-    uses = Counter((entry["from"], part.key) for entry, _, _, found in entered for part in found)
-    common = [key for key, times in uses.items() if times > 1]
+    return set(causes) if isinstance(causes, dict) else set()
+
+
+def _jointly(
+    of_file: dict[str, tuple[Result, list[Part]]], correlations: tuple[Related, ...], declared: set[str]
+) -> Iterator[Together]:
+    """Join what correlates results of one file beyond the parts that they share: one part of each, with a covariance.
+
+    The covariance of two results there, less what parts of one name explain, is that of what is left of each.
+    """
+    import numpy as np
+
+    about, results = list(of_file), [result for result, _ in of_file.values()]
+    known = {frozenset((one.a, one.b)): one.coefficient for one in correlations}
+    r = np.array([[1.0 if a is b else known.get(frozenset((a.name, b.name)), 0.0) for b in results] for a in results])
+    u = np.array([sqrt(sum(part.contribution**2 for part in found)) for _, found in of_file.values()])
+    uses = Counter(part.key for _, found in of_file.values() for part in found)
+    joined = np.zeros(len(about), dtype=bool)
+    while True:
+        # A part without a cause is independent of what else its own result reads, not of what another one reads.
+        kept = [
+            {
+                part.key: part.contribution for part in found
+                if part.cause in declared or (uses[part.key] > 1 and (part.cause or not joined[at]))
+            }
+            for at, (_, found) in enumerate(of_file.values())
+        ]  # fmt: skip
+        shared = [[sum(size * b.get(key, 0.0) for key, size in a.items()) for b in kept] for a in kept]
+        rest = r * np.outer(u, u) - np.array(shared).reshape(r.shape)
+        apart = (np.abs(rest) > _APART * np.outer(u, u)) & ~np.eye(len(about), dtype=bool)
+        if not (apart.any(axis=1) & ~joined).any():
+            break
+        joined |= apart.any(axis=1)
+    for group in _groups(apart):
+        own = [[part for part in of_file[about[at]][1] if part.key not in kept[at]] for at in group]
+        names = {part.name for found in own for part in found}
+        name = names.pop() if len(names) == 1 else "correlated inputs"
+        dof = min(map(_freedom, own))
+        for at, found in zip(group, own, strict=True):
+            size, all_parts = sqrt(max(rest[at, at], 0.0)), of_file[about[at]][1]
+            kind = "A" if any(part.kind == "A" for part in found) else "B"
+            sources = {part.source for part in found}
+            source = sources.pop() if len(sources) == 1 else ""
+            key = f"{results[at].name}: {name}"
+            one = Part(key, key, size, "normal", None if dof == inf else dof, kind, source, "")
+            all_parts[:] = [*(part for part in all_parts if part.key in kept[at]), one]
+        sizes, axes = np.linalg.eigh(rest[np.ix_(group, group)])
+        block = (axes * np.maximum(sizes, 0.0)) @ axes.T  # without what rounding makes less than nothing
+        rows = tuple(map(tuple, ((block + block.T) / 2).tolist()))
+        components = tuple(f"{results[at].name}: {name}" for at in group)
+        yield Together(name, tuple(about[at] for at in group), components, rows, min(dof, _ENDLESS))
+
+
+def _groups(joined: Any) -> Iterator[list[int]]:
+    """Groups of two or more that are joined with one another, directly or through others."""
+    from scipy.sparse.csgraph import connected_components
+
+    count, labels = connected_components(joined, directed=False)
+    groups = ([at for at, label in enumerate(labels) if label == one] for one in range(count))
+    return (group for group in groups if len(group) > 1)
+
+
+def _freedom(found: list[Part]) -> float:
+    """Degrees of freedom of the sum of independent parts (JCGM 100, G.4.1)."""
+    total = sum(part.contribution**2 for part in found)
+    squares = sum(part.contribution**4 / part.dof for part in found if part.dof is not None)
+    return total**2 / squares if squares else inf
+
+
+def _enter(
+    data: dict[str, Any], entered: list[tuple[dict[str, Any], str, Result, list[Part]]], declared: set[str]
+) -> None:
+    """Write value and components, each with the unknown that it is: its cause in whatever campaign imports it."""
     for entry, about, result, found in entered:
         components = []
         for part in found:
-            cause, key = part.cause if part.cause in declared else "", (entry["from"], part.key)
-            if not cause and key in common:
-                cause = f"imported-{1 + common.index(key)}"
+            cause = part.cause
+            if cause not in declared and not cause.startswith(_IMPORTED):
+                cause = _IMPORTED + sha256(f"{entry['sha256'].lower()} {part.key}".encode()).hexdigest()[:12]
+            if cause not in declared:
                 data.setdefault("causes", {})[cause] = {"description": f"{part.name}, of {entry['from']}"}
             components.append(_component(part, about, result.unit, cause, own=cause not in declared))
         value = {"value": _amount(result.value, result.unit), "source": about}
@@ -400,9 +527,7 @@ def _component(part: Part, about: str, unit: str, cause: str, *, own: bool) -> d
         stated["type"] = part.kind
         stated |= {"dof": repr(part.dof)} if part.dof is not None else {}
         stated |= {"distribution": part.distribution} if part.distribution != "normal" else {}
-    if cause:
-        stated |= {"cause": cause, "direction": "opposite" if part.contribution < 0 else "same"}
-    return stated
+    return stated | {"cause": cause, "direction": "opposite" if part.contribution < 0 else "same"}
 
 
 def _amount(value: float, unit: str) -> str:

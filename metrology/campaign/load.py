@@ -57,7 +57,7 @@ def load(path: Path | str, *, allow_code: bool = False) -> Campaign:
 def of_document(document: Document, *, allow_code: bool = False) -> Campaign:
     """Return the campaign that a document declares; the readings lie beside its path. Errors as for `load`."""
     unread, faulty, certificates, uncorrected = read_certificates(document)
-    results, imported = enter_results(document)
+    results, imported, together = enter_results(document)
     look = enter_branding(document)
     unread += look.refusals
     faulty += look.faults
@@ -79,6 +79,7 @@ def of_document(document: Document, *, allow_code: bool = False) -> Campaign:
         campaign._files = (*campaign._files, *certificates, *results, *starmap(source_file, look.files.items()))
         campaign._look = look.files
         campaign._imported = imported
+        campaign._together = together
         campaign._notices = (*campaign._notices, *uncorrected)
     outside += faulty
     _raise(document, wrong, outside)

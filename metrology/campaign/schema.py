@@ -64,7 +64,7 @@ from metrology.methods import METHODS
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from metrology.campaign.imported import Imported
+    from metrology.campaign.imported import Imported, Together
     from metrology.campaign.names import Names
     from metrology.declaration.columns import SourceFile
     from metrology.declaration.columns import Table as Readings
@@ -251,6 +251,7 @@ class Campaign(Entry):
     _own: tuple[OwnEffect, ...] = PrivateAttr(())
     _notices: tuple[str, ...] = PrivateAttr(())
     _imported: tuple[Imported, ...] = PrivateAttr(())
+    _together: tuple[Together, ...] = PrivateAttr(())
 
     @property
     def path(self) -> Path:
@@ -293,6 +294,11 @@ class Campaign(Entry):
     def imported(self) -> tuple[Imported, ...]:
         """Results of other campaigns that are quantities of this one, with what must be known of them."""
         return self._imported
+
+    @property
+    def together(self) -> tuple[Together, ...]:
+        """Components that several of them have jointly, with their covariance."""
+        return self._together
 
     @property
     def own(self) -> tuple[OwnEffect, ...]:

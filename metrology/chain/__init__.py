@@ -130,6 +130,7 @@ def build(
     methods.add_tests(plan, campaign, progress)
     derived.add_derived(plan, campaign)
     judgement.add_judged_inputs(plan, campaign)
+    knowledge.join_imported(plan, campaign)
     return plan
 
 
@@ -313,14 +314,11 @@ def _warnings(campaign: Campaign, results: tuple[Result, ...]) -> list[str]:
         found.append(said(text, names=tuple(doubtful)))
     found += _without_moments(results, campaign.coverage_probability)
     found += attained.too_narrow(results, campaign.coverage_probability)
-    found += [
-        said(
-            "{name} has u = 0: nothing that it depends on carries an uncertainty, or its readings do not scatter.",
-            name=result.name,
-        )
-        for result in known
-        if result.u == 0
-    ]
+    for result in (one for one in known if one.u == 0):
+        text = "{name} has u = 0: nothing that it depends on carries an uncertainty, or its readings do not scatter."
+        if any(row.contribution for row in result.budget):
+            text = "{name} has u = 0: the uncertainties that it depends on cancel, as they are one."
+        found.append(said(text, name=result.name))
     return found
 
 

@@ -13,6 +13,7 @@ from metrology.chain import across, zener
 from metrology.chain.derived import over
 from metrology.chain.knowledge import value_of
 from metrology.chain.plan import Identity, Plan
+from metrology.declaration.quantity import Stated
 from metrology.findings import AuditRow, Comparison, Conformity, Withheld
 from metrology.gum.comparison import en
 from metrology.gum.conformity import Limits, Prior, Rule, decide, rule_risk
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
     from metrology.campaign.judgement import Audit, Decision, Requirement, Side
     from metrology.campaign.schema import Campaign
     from metrology.chain.standing import Doubt
-    from metrology.declaration.quantity import Stated
     from metrology.gum.evaluation import Evaluation
     from metrology.gum.output import Output
 
@@ -34,13 +34,24 @@ _SLACK = 1e-9  # of the last printed place: what binary fractions may lack at a 
 
 
 def add_judged_inputs(plan: Plan, campaign: Campaign) -> None:
-    """Add the inputs that a requirement is on as results, since a verdict needs an evaluated quantity."""
+    """Add the inputs that a requirement is on as results, since a verdict needs an evaluated quantity.
+
+    Every result with a requirement stands on page 1: a verdict says what it is on (ISO/IEC 17025:2017, 7.8.6.2).
+    """
     for requirement in campaign.requirements:
         name = requirement.quantity
+        if name in plan.identities:
+            plan.identities[name] = replace(plan.identities[name], headline=True)
         if name in plan.inputs and _judged(name) not in plan.names:
             quantity = plan.inputs[name]
             measurand = Measurand(_judged(name), value_of(name), quantity.unit, quantity.description)
             unit = campaign.quantities[name].unit if name in campaign.quantities else quantity.unit
+            # What readings or a fit give is a result already, which need not stand there twice.
+            of_readings = (f"{key}.{name}" for key, one in campaign.ensembles.items() if name in one.columns)
+            twin = next(of_readings, name.replace(".", ".result.", 1))
+            if twin in plan.identities:
+                unit = plan.identities[twin].display_unit
+                plan.identities[twin] = replace(plan.identities[twin], headline=False)
             plan.add_measurand(measurand, Identity(name, "derived", display_unit=unit))
 
 
@@ -235,10 +246,10 @@ def surprise(output: Output, prior: Prior) -> float:
     return float(max(0.0, 2 * min(below, 1 - below)))
 
 
-Known = tuple[str, float, float, str, float]
-"""Name, value, standard uncertainty, display unit, coverage factor of the expanded uncertainty."""
+Known = tuple[str, float, float, str, float, Stated | None]
+"""Name, value, standard uncertainty, display unit, coverage factor of the expanded uncertainty; how it is stated."""
 STATED = 2.0
-"""Coverage factor of a value whose statement has no distribution of its own (ISO/IEC 17043:2010, B.3.1.3 e)."""
+"""Coverage factor of a value that is stated without degrees of freedom (ISO/IEC 17043:2010, B.3.1.3 e)."""
 
 
 def _with_inputs(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> Evaluation:
@@ -271,7 +282,7 @@ def _with_inputs(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> Eval
 
 def _asked(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> Iterator[tuple[str, Known | None, Known | None]]:
     for entry in campaign.comparisons:
-        a, b = (_side(side, plan, evaluation) for side in entry.between)
+        a, b = (_side(side, campaign, plan, evaluation) for side in entry.between)
         yield entry.title, a, b
 
 
@@ -289,19 +300,19 @@ def _relaxing(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> Iterato
     """Relaxation time, and part of the stiffness, of a Zener element and of what a held elongation shows beside it."""
     for a, b in zener.pairs(campaign, plan, evaluation):
         title = said("{a} against {b}", a=a.name, b=b.name)
-        times: list[Known] = [(one.name, one.time, one.time_u, "s", STATED) for one in (a, b)]
-        parts: list[Known] = [(one.name, one.part, one.part_u, "1", STATED) for one in (a, b)]
+        times: list[Known] = [(one.name, one.time, one.time_u, "s", STATED, None) for one in (a, b)]
+        parts: list[Known] = [(one.name, one.part, one.part_u, "1", STATED, None) for one in (a, b)]
         yield _comparison(said("Relaxation time: {pair}", pair=title), times[0], times[1], evaluation)
         title = said("Part of the stiffness that relaxes: {pair}", pair=title)
         yield _comparison(title, parts[0], parts[1], evaluation)
 
 
-def _side(side: Side, plan: Plan, evaluation: Evaluation) -> Known | None:
+def _side(side: Side, campaign: Campaign, plan: Plan, evaluation: Evaluation) -> Known | None:
     if side.quantity is not None:
         return _known(side.quantity, plan, evaluation)
     assert side.value is not None
     name = side.value.source or side.value.description or said("stated value")
-    return name, side.value.si, side.value.u, side.value.unit, STATED
+    return _as_stated(name, side.value, side.value.unit, campaign)
 
 
 def _known(name: str, plan: Plan, evaluation: Evaluation) -> Known | None:
@@ -312,11 +323,11 @@ def _known(name: str, plan: Plan, evaluation: Evaluation) -> Known | None:
             return None
         identity = plan.identities.get(name)
         unit = (identity.display_unit if identity else scale(estimate.value, estimate.unit)[1]) or estimate.unit
-        return name, *estimate.reported, unit, _coverage_factor(estimate)
+        return name, *estimate.reported, unit, _coverage_factor(estimate), None
     stated = plan.inputs.get(name)
     if stated is None:
         return None
-    return name, stated.value, stated.u, scale(stated.value, stated.unit)[1] or stated.unit, STATED
+    return name, stated.value, stated.u, scale(stated.value, stated.unit)[1] or stated.unit, STATED, None
 
 
 def _coverage_factor(estimate: Estimate) -> float:
@@ -337,7 +348,7 @@ def _with_references(
             yield (
                 said("{a} against {b}", a=name, b=label),
                 _known(name, plan, evaluation),
-                _reference(label, reference, identity),
+                _as_stated(label, reference, identity.display_unit, campaign),
             )
 
 
@@ -347,12 +358,33 @@ def _reference_of(identity: Identity, references: Mapping[str, Stated]) -> State
     return references.get("E") if own is None and identity.quantity == "E_0" else own
 
 
-def _reference(label: str, reference: Stated, identity: Identity) -> Known:
-    return label, reference.si, reference.u, identity.display_unit, STATED
+def _as_stated(name: str, stated: Stated, unit: str, campaign: Campaign) -> Known:
+    """A stated value; with degrees of freedom its coverage factor is Student's t (JCGM 100, G.4.1)."""
+    from metrology.gum.law import coverage_factor
+
+    squares = sum(part.u**4 / part.dof for part in stated.input("").components if isfinite(part.dof))
+    factor = coverage_factor(campaign.coverage_probability, stated.u**4 / squares) if squares else STATED
+    return name, stated.si, stated.u, unit, factor, stated
+
+
+def _by_causes(a: Known, b: Known, evaluation: Evaluation) -> float:
+    """Correlation coefficient of a result and a stated value by the causes that both name (JCGM 100, F.1.2.3)."""
+    for (name, *_), (*_, stated) in ((a, b), (b, a)):
+        estimate = evaluation.estimates.get(name)
+        if stated is None or estimate is None or not estimate.u * stated.u > 0:
+            continue
+        moved = dict[str, float]()
+        for row in estimate.budget:
+            moved[row.cause] = moved.get(row.cause, 0.0) + (-row.contribution if row.opposite else row.contribution)
+        parts = (part for part in stated.input("").components if part.cause)
+        shared = sum(moved.get(part.cause, 0.0) * (-part.u if part.opposite else part.u) for part in parts)
+        return shared / (estimate.u * stated.u)
+    return 0.0
 
 
 def _comparison(title: str, a: Known, b: Known, evaluation: Evaluation) -> Comparison:
-    agreement = en(a[1], a[2], b[1], b[2], correlation=across.correlation(evaluation, a[0], b[0]), k=(a[4], b[4]))
+    r = across.correlation(evaluation, a[0], b[0]) or _by_causes(a, b, evaluation)
+    agreement = en(a[1], a[2], b[1], b[2], correlation=r, k=(a[4], b[4]))
     return Comparison(
         title=title or said("{a} against {b}", a=a[0], b=b[0]),
         a=a[0],

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
-from math import inf, isclose, sqrt
+from math import inf, isclose
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,9 +14,9 @@ from metrology.chain.plan import Identity, Plan
 from metrology.declaration.quantity import Stated
 from metrology.errors import MetrologyError
 from metrology.gum import anova, functions
-from metrology.gum.distributions import Normal
+from metrology.gum.distributions import MeanSquare, Normal
 from metrology.gum.evaluation import Measurand
-from metrology.gum.inputs import Component, Input
+from metrology.gum.inputs import Component, Ensemble, Input
 from metrology.gum.readings import simultaneous, type_a
 from metrology.gum.rounding import readable
 from metrology.message import said
@@ -24,7 +24,7 @@ from metrology.units import convert, si_unit
 
 if TYPE_CHECKING:
     from metrology.campaign.schema import Campaign
-    from metrology.declaration.fits import Ensemble
+    from metrology.declaration import fits
 
 
 def _property(key: str, sample: str) -> str:
@@ -72,6 +72,29 @@ def add_ensembles(plan: Plan, campaign: Campaign) -> None:
             plan.ensembles.append(joint)
 
 
+def join_imported(plan: Plan, campaign: Campaign) -> None:
+    """Note which inputs are results of other campaigns, and give those of one file the covariance that they have."""
+    for one in campaign.imported:
+        plan.imported[one.about] = tuple(
+            name for name, quantity in plan.inputs.items()
+            if any(part.source.endswith(one.about) for part in quantity.components)
+        )  # fmt: skip
+    for joint in campaign.together:
+        # An input is one of the results, or a sum of masses of which several may be.
+        weights: dict[str, list[float]] = {}
+        for row, (about, component) in enumerate(zip(joint.about, joint.component, strict=True)):
+            for name in plan.imported[about]:
+                item = plan.inputs[name]
+                rest = tuple(part for part in item.components if part.name != component)
+                if len(rest) < len(item.components):
+                    weights.setdefault(name, [0.0] * len(joint.about))[row] = 1.0
+                    plan.inputs[name] = replace(item, components=rest)
+        added = np.array(list(weights.values()))
+        covariance = added @ np.array(joint.covariance) @ added.T
+        source = joint.about[0].partition("; ")[2]
+        plan.ensembles.append(Ensemble(joint.name, tuple(weights), covariance, joint.dof, source))
+
+
 def _add_groups(plan: Plan, campaign: Campaign, name: str) -> None:
     """Add the mean of readings in groups, and the standard deviation by each source of scatter."""
     ensemble = campaign.ensembles[name]
@@ -96,8 +119,8 @@ def _add_groups(plan: Plan, campaign: Campaign, name: str) -> None:
     plan.add_measurand(Measurand(f"{name}.{member}", value_of(member), stated.unit, said("mean of the groups")), shown)
     squares = {one.name: f"{name}.MS_{one.name}" for one in found.strata}
     for one in found.strata:
-        u = one.mean_square * sqrt(2 / one.dof)
-        part = Component(said("mean square"), Normal(u), inf, "A", said("{dof} degrees of freedom", dof=one.dof))
+        known = MeanSquare(one.mean_square, one.dof)
+        part = Component(said("mean square"), known, inf, "A", said("{dof} degrees of freedom", dof=one.dof))
         square = si_unit(units.dimension(unit) * units.dimension(unit))
         plan.add_inputs(
             [Input(squares[one.name], one.mean_square, (part,), square, said("mean square, {name}", name=one.name))]
@@ -148,7 +171,7 @@ def value_of(name: str) -> Callable[[Mapping[str, Any]], Any]:
     return lambda namespace: namespace[name]
 
 
-def _member(ensemble: Ensemble, member: str, mean: float, unit: str) -> Input:
+def _member(ensemble: fits.Ensemble, member: str, mean: float, unit: str) -> Input:
     """Return a mean as the file would state it, with the components that the file adds to those of the readings."""
     value = f"{convert(mean, unit)!r} {unit}" if unit != "1" else repr(mean)
     stated = Stated.model_validate({"value": value, "uncertainty": ensemble.uncertainty.get(member, ())})

@@ -19,9 +19,11 @@ class Plan(Model):
     """The model with what is shown of fits and tests; `ready`: each test as its method prepared it.
 
     `corrected`: by test, what the model as stated contributed, and what the one that the data support put in its place.
+    `imported`: names of the inputs that are results of other campaigns, by what their components say of the source.
     """
 
     fits: list[Fit] = field(default_factory=list)
     tests: list[TestItem] = field(default_factory=list)
     ready: dict[str, Any] = field(default_factory=dict)
+    imported: dict[str, tuple[str, ...]] = field(default_factory=dict)
     corrected: dict[str, tuple[Contribution, Contribution]] = field(default_factory=dict)

@@ -264,12 +264,9 @@ def _of_imports(campaign: Campaign, plan: Plan) -> dict[str, tuple[Doubt, ...]]:
     """Inputs that are results of other campaigns which their own report does not judge, or not as they enter here."""
     found: dict[str, tuple[Doubt, ...]] = {}
     for one in campaign.imported:
-        entered = [
-            name for name, quantity in plan.inputs.items()
-            if any(part.source.endswith(one.about) for part in quantity.components)
-        ]  # fmt: skip
+        entered = plan.imported[one.about]
         known: dict[str, Value] = {
-            "names": tuple(entered) or (one.result,), "result": one.result, "report": one.report,
+            "names": entered or (one.result,), "result": one.result, "report": one.report,
         }  # fmt: skip
         doubts = []
         if one.reasons:

@@ -19,7 +19,8 @@ NAME = "results.json"
 class Row:
     """One result of one campaign; value, u and the ends of the interval that the report leads with in SI.
 
-    `doubts`: what forbids in its own report that a requirement passes on it; empty where nothing does.
+    `doubts`: what forbids in its own report that a requirement passes on it; empty where nothing does. `replaces`:
+    number of the report that its own one amends.
     """
 
     campaign: str
@@ -44,6 +45,7 @@ class Row:
     software: str
     file: str
     doubts: str = ""
+    replaces: str = ""
 
 
 @dataclass(frozen=True)
@@ -105,6 +107,7 @@ def results(findings: Findings, file: str) -> Iterator[Row]:
             software=findings.software.get("metrology", ""),
             file=file,
             doubts="; ".join(_doubts(findings, result)),
+            replaces=campaign.replaces.number if campaign.replaces else "",
         )
 
 

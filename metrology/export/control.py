@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import date
 from itertools import pairwise
 from math import isfinite, sqrt
@@ -73,10 +73,11 @@ def chart(rows: tuple[Row, ...], name: str) -> Chart:
     ISO 7870-2 (individuals and moving ranges). Out of control: a point beyond an action limit, two of three successive
     ones beyond the same warning limit, or a drift that is not zero by a two-sided t test at 5 %. A point that lies far
     off widens the limits that should show it, so each is also held against median and median absolute deviation of the
-    others. A result that its own report does not judge is no point, nor is one without a date or a value.
+    others. A result that its own report does not judge is no point, nor is one without a date or a value, one of a
+    report that another one replaces, or one that is there twice.
     """
     there = [row for row in rows if row.name == name]
-    reasons_by_row = [(row, _why_not(row)) for row in there]
+    reasons_by_row = [(row, _why_not(row) or _why_not_beside(row, there)) for row in there]
     found = [row for row, why in reasons_by_row if not why]
     left_out = tuple(f"{row.report or row.file}: {why}" for row, why in reasons_by_row if why)
     points = tuple(Point(date.fromisoformat(row.date), row.value, row.u, row.report) for row in found)
@@ -90,6 +91,8 @@ def chart(rows: tuple[Row, ...], name: str) -> Chart:
     in_control = None if len(points) < LEAST else not reasons
     unit = found[0].unit if found else "1"
     sentence = _sentence(f"{name} / {unit}", points, s=s, drift=drift, reasons=reasons)
+    if made := sum(row.reconstructed for row in found):
+        sentence += f" Reconstructed, not measured: {made} of them."
     if left_out:
         sentence += f" Left out: {'; '.join(left_out)}."
     return Chart(name, unit, points, mean, s, warning, action, drift, in_control, sentence, left_out)
@@ -102,6 +105,18 @@ def _why_not(row: Row) -> str:
     if row.doubts:
         return f"its report does not judge it ({row.doubts.rstrip('.')})"
     return "" if row.date else "it has no date"
+
+
+def _why_not_beside(row: Row, there: list[Row]) -> str:
+    """Why a result is no point beside the others of its name; empty where it is one."""
+    for other in there:
+        if row.report and row.report == other.replaces:
+            return f"{other.report or other.file} replaces its report"
+    first = next((one for one in there if replace(one, file=row.file) == row), row)
+    if first is not row:
+        return f"it stands in {first.file} too"
+    unit = next(one.unit for one in there)
+    return "" if row.unit == unit else f"it is in {row.unit}, not in {unit}"
 
 
 def _far(points: tuple[Point, ...], at: int) -> bool:

@@ -16,7 +16,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from metrology.doc import Doc
-from metrology.gum.distributions import Normal, Student
+from metrology.gum.distributions import MeanSquare, Normal, Student
 from metrology.gum.evaluation import Measurand
 from metrology.gum.inputs import KNOWN, Component, Floats, Knowledge
 from metrology.gum.joint import joint
@@ -141,6 +141,11 @@ def _repeat(law: Law, knowledge: Knowledge, reads: frozenset[str], generator: np
     }
     for rows, dof in law.joint.scatters:
         ratios[rows] = generator.chisquare(dof, size) / dof
+    for row, term in enumerate(terms):
+        if isinstance(known := term.component.drawn, MeanSquare) and term.input.name in inputs:
+            share = generator.chisquare(known.dof, size) / known.dof
+            estimates[term.input.name] = term.input.value * share
+            ratios[row] = share**2
     for fit in fitted:
         errors, variances = fit.repeat(generator, size)  # type: ignore[misc]
         for member, error, ratio in zip(fit.members, errors, variances, strict=True):

@@ -42,4 +42,5 @@ def _row(term: Term, sensitivity: float, share: float) -> BudgetRow:
         share=share,
         source=component.source,
         cause=component.cause,
+        opposite=component.opposite,
     )

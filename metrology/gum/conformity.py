@@ -6,6 +6,8 @@ from dataclasses import dataclass, replace
 from math import inf, isfinite
 from typing import Literal
 
+import numpy as np
+
 from metrology.errors import Fault, MetrologyError
 from metrology.gum.output import Analytic, Empirical, Output, probability, reach
 from metrology.gum.risk import Limits, Prior, global_guard_band, global_risks
@@ -23,6 +25,8 @@ WIDTHS = {
 """Kind of rule → how wide its guard band is."""
 Bands = tuple[float, float]
 """Widths of the guard bands at the lower and at the upper limit."""
+_PLACES = 201
+"""Results between two limits of which the one with the least risk is sought, where the distribution is skewed."""
 
 
 @dataclass(frozen=True)
@@ -295,40 +299,53 @@ def _shows(output: Output, risk: float) -> bool:
 
 def _specific_bands(output: Output, limits: Limits, risk: float, prior: Prior | None) -> Bands | None:
     """Distances from the limits at which the probability to lie outside both falls to the stated risk."""
-    narrow = _least_risk(output, limits, prior)
-    if narrow is not None and narrow > risk:
+    safest = _safest(output, limits, risk, prior)
+    if safest is not None and _outside(output, limits, prior, safest) > risk:
         return None
     return tuple(  # type: ignore[return-value]
-        0.0 if limit is None else _specific_band(output, limits, risk, prior, (limit, sign))
+        0.0 if limit is None else _specific_band(output, limits, risk, prior, edge=(limit, sign), safest=safest)
         for limit, sign in ((limits.lower, 1.0), (limits.upper, -1.0))
     )
 
 
-def _least_risk(output: Output, limits: Limits, prior: Prior | None) -> float | None:
-    """Risk of a result in the middle between both limits, which no result has less of; None with one limit."""
+def _safest(output: Output, limits: Limits, risk: float, prior: Prior | None) -> float | None:
+    """Result that lies outside both limits with the least probability; None with one limit.
+
+    It is the middle between them where the distribution is symmetric, and taken as that where it keeps the risk.
+    """
     if limits.lower is None or limits.upper is None:
         return None
-    return _conforming(output, limits, prior, (limits.lower + limits.upper) / 2 - output.value)[1]
+    middle = (limits.lower + limits.upper) / 2
+    if _outside(output, limits, prior, middle) <= risk:
+        return middle
+    places = [limits.lower + share * (limits.upper - limits.lower) for share in np.linspace(0.0, 1.0, _PLACES)]
+    return float(min([middle, *places], key=lambda value: _outside(output, limits, prior, value)))
+
+
+def _outside(output: Output, limits: Limits, prior: Prior | None, value: float) -> float:
+    """Probability that the quantity lies outside the limits, had the result this value."""
+    return _conforming(output, limits, prior, value - output.value)[1]
 
 
 def _specific_band(
-    output: Output, limits: Limits, risk: float, prior: Prior | None, edge: tuple[float, float]
+    output: Output, limits: Limits, risk: float, prior: Prior | None, *, edge: tuple[float, float], safest: float | None
 ) -> float:
     from scipy.optimize import brentq
 
     limit, sign = edge
 
     def excess(w: float) -> float:
-        return _conforming(output, limits, prior, limit + sign * w - output.value)[1] - risk
+        return _outside(output, limits, prior, limit + sign * w) - risk
 
     if excess(0.0) <= 0:
         return 0.0
-    widest = limits.half_width
-    if widest == inf:
+    if safest is None:
         low, high = output.quantile(risk), output.quantile(1 - risk)
         widest = max(high - output.value, output.value - low, 1e-12 * (high - low))
         while excess(widest) > 0:
             widest *= 2.0
+    else:
+        widest = abs(safest - limit)
     scale = output.quantile(0.75) - output.quantile(0.25)
     return float(brentq(excess, 0.0, widest, xtol=1e-13 * scale, rtol=1e-14))
 

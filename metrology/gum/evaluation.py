@@ -75,6 +75,7 @@ class BudgetRow:
     cause: Annotated[
         str, Doc("Cause that the campaign names for it: one unknown value in all inputs; empty without.")
     ] = ""
+    opposite: Annotated[bool, Doc("Whether the cause moves this input against the others.")] = False
 
 
 @dataclass(frozen=True)

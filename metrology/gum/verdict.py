@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from math import inf, isfinite, isinf, nan
 from statistics import median
 
-from metrology.gum.distributions import Student
+from metrology.gum.distributions import MeanSquare, Student
 from metrology.gum.evaluation import Coverage, MonteCarlo
 from metrology.gum.inputs import Floats
 from metrology.gum.intervals import Intervals, intervals
@@ -33,8 +33,8 @@ _SURE = 3.0
 class Claim:
     """What the law says about one output, for Monte Carlo to judge.
 
-    `heavy` is the smallest ν of the Student components the output depends on where that is at most 2: the standard
-    deviation of the output does not exist then, for ν ≤ 1 neither does its mean. It is infinite otherwise.
+    `heavy` is the smallest ν of readings whose mean or scatter the output depends on where that is at most 2: the
+    standard deviation of the output does not exist then, for ν ≤ 1 neither does its mean. It is infinite otherwise.
     """
 
     value: float
@@ -69,7 +69,7 @@ def claims(law: Law, probability: float) -> tuple[Claim, ...]:
 
 def _heavy(law: Law, row: int) -> float:
     drawn = (t.component.drawn for t in law.joint.terms if t.input.name in law.linear[row].reads)
-    smallest = min((d.dof for d in drawn if isinstance(d, Student) and d.scale > 0), default=inf)
+    smallest = min((d.dof for d in drawn if isinstance(d, Student | MeanSquare) and d.scale > 0), default=inf)
     return smallest if smallest <= 2 else inf
 
 

@@ -138,6 +138,7 @@ def own_names(findings: Findings) -> frozenset[str]:
         *(name for one in findings.samples for name in (one.id, one.name)),
         *(one.id for one in findings.tests),
         *(name for one in findings.results for name in (one.name, one.quantity)),
+        *(row.input for one in findings.results for row in one.budget),
         *(one.name for one in findings.fits),
         *(entry.requirement for entry in findings.conformity),
         *findings.unjudged,

@@ -193,6 +193,8 @@ def sources(findings: Findings, language: Language = ENGLISH) -> list[Source]:
         source = "" if row.source == row.component else language.spoken(row.source)
         if row.cause and shared[row.cause] > 1:
             shares = "{source}; one unknown value for all inputs with this cause"
+            if row.opposite:
+                shares = "{source}; one unknown value for all inputs with this cause, of opposite sign here"
             source = language.say(shares, source=source or row.cause)
         made = Source("", component, shown.u, shown.unit, _distribution(row, language), source)
         grouped.setdefault(made, []).append(row.input)

@@ -118,13 +118,21 @@ def _parts(text: str) -> list[str]:
 
 
 def band(entry: Conformity) -> str:
-    """Guard band w in the display unit, to two digits; a dash where no width keeps the agreed risk."""
+    """Guard band w in the display unit, to two digits; a dash where no width keeps the agreed risk.
+
+    Of a skewed distribution it is one at the lower limit and another one at the upper.
+    """
     from metrology.language.display import number
     from metrology.units import factor
 
     if not isfinite(entry.guard_band):
         return "–"
-    return f"{number(entry.guard_band / factor(entry.display_unit), 2)} {unit_text(entry.display_unit)}".rstrip()
+    ends = ((entry.lower, entry.acceptance_lower), (entry.acceptance_upper, entry.upper))
+    widths = [high - low for low, high in ends if low is not None and high is not None]
+    if len(widths) < len(ends):
+        widths = [entry.guard_band]
+    texts = dict.fromkeys(number(width / factor(entry.display_unit), 2) for width in widths)
+    return f"{' / '.join(texts)} {unit_text(entry.display_unit)}".rstrip()
 
 
 def risks(entry: Conformity) -> str:

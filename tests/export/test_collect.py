@@ -5,8 +5,10 @@ from __future__ import annotations
 import errno
 import json
 import os
+from dataclasses import replace
 from math import sqrt
 from pathlib import Path
+from shutil import copytree
 from xml.etree import ElementTree as ET
 
 import numpy as np
@@ -111,6 +113,29 @@ def test_planted_a_result_that_its_report_does_not_judge_is_no_point(series, tmp
     assert rows[-1].verdicts == "R1: not judged"
     assert rows[-1].doubts == "e failed the check 'raw records'."
     assert len(control.chart(rows, K).points) == len(STEADY)
+
+
+def test_planted_a_replaced_report_and_a_copy_are_no_points(series, tmp_path, capsys):
+    """TR-3 was wrong and TR-8 replaces it, so that the standard did not jump; a copied folder is no further result."""
+    folder = series([*STEADY[:3], 25900.0, *STEADY[4:], STEADY[3]])
+
+    def replaces(document):
+        document["campaign"]["replaces"] = {"number": "TR-3", "date": "2020-04-15", "reason": "mass corrected"}
+
+    rewritten(folder, 8, replaces)
+    copytree(folder / "c1", folder / "copy")
+    assert main(["collect", str(folder), "--out", str(tmp_path / "all.csv"), "--check-standard", K]) == 0
+    told = capsys.readouterr().out
+    assert "TR-3: TR-8 replaces its report" in told
+    assert "TR-1: it stands in c1/results.json too" in told
+    assert len(control.chart(collect.collect(folder).rows, K).points) == len(STEADY)
+
+
+def test_law_what_was_not_measured_is_said_and_another_unit_is_no_point(series):
+    rows = [replace(row, reconstructed=at == 4) for at, row in enumerate(collect.collect(series(STEADY)).rows)]
+    chart = control.chart((*rows[:3], replace(rows[3], unit="N·m/rad"), *rows[4:]), K)
+    assert chart.left_out == ("TR-3: it is in N·m/rad, not in N/m",)
+    assert "Reconstructed, not measured: 1 of them." in chart.sentence
 
 
 @pytest.mark.parametrize("at", [1, 2, 4])

@@ -336,6 +336,22 @@ def test_law_a_skewed_result_passes_only_while_its_own_risk_is_allowed() -> None
         assert probability_of_conformity(shifted, Limits(upper=limit))[1] == pytest.approx(risk, rel=1e-2)
 
 
+def test_closed_form_of_a_skewed_result_the_middle_between_the_limits_is_not_the_safest() -> None:
+    """Exponential from 0 on about its mean 1: at the middle 1.5 a part exp(-2.5) lies beyond 3, at 1 one of exp(-3)."""
+    values = -np.log(stats.qmc.Sobol(1, rng=1).random(2**18)[:, 0])
+    limits, rule = Limits(lower=0.0, upper=3.0), Rule("specific risk", risk=0.06)
+    decision = decide(drawn(values), limits=limits, rule=rule)
+    assert decision.verdict == "pass"
+    assert decision.specific_risk == pytest.approx(math.exp(-3), rel=1e-2)
+    # Below 1 the part 1 - y lies below 0 where the density is 1 there: 1 - exp(-(1 - y)) + exp(-(4 - y)) = 0.06.
+    below = math.log((1 - 0.06) / (math.exp(-1) - math.exp(-4)))
+    assert decision.acceptance_lower == pytest.approx(below, abs=2e-3)
+    assert decision.acceptance_upper == pytest.approx(4 + math.log(0.06), abs=5e-3)
+    none = decide(drawn(values), limits=limits, rule=Rule("specific risk", risk=0.04))
+    assert none.verdict == "conditional pass"
+    assert "no result would pass without condition" in none.sentence
+
+
 def test_law_the_guard_band_is_where_the_interval_ends() -> None:
     """A skewed interval reaches further up than down, and so do the guard bands: it passes while it lies inside."""
     values = np.random.default_rng(6).gamma(4.0, 0.25, 200_000)

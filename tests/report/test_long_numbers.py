@@ -15,7 +15,7 @@ from metrology import chain, report
 from metrology.campaign.load import load
 from metrology.findings import Findings, to_json
 from metrology.language.catalogue import Language
-from metrology.report import document
+from metrology.report import document, quality
 from metrology.signoff import printed
 
 CAMPAIGN = """
@@ -80,6 +80,18 @@ def test_law_a_limit_is_printed_with_every_digit_and_the_unit_that_are_stated(lo
 def test_law_an_acceptance_limit_has_the_digits_of_its_guard_band(long: Findings) -> None:
     found = {one.requirement: document.acceptance(one) for one in long.conformity}
     assert {name: found[name] for name in ACCEPTED} == ACCEPTED
+
+
+def test_law_guard_bands_that_differ_between_the_limits_are_both_printed(long: Findings) -> None:
+    one = next(entry for entry in long.conformity if entry.requirement == "R5")
+    assert one.lower is not None
+    assert one.upper is not None
+    alike, apart = (
+        replace(one, acceptance_lower=one.lower + 1e-7, acceptance_upper=one.upper - w, guard_band=w)
+        for w in (1e-7, 3e-7)
+    )
+    assert quality.band(alike) == "1.0×10⁻⁴ g"
+    assert quality.band(apart) == "1.0×10⁻⁴ / 3.0×10⁻⁴ g"
 
 
 def test_law_results_of_before_tell_a_limit_by_its_value(long: Findings) -> None:
