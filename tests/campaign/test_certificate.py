@@ -198,7 +198,7 @@ def test_twice_our_own_export_is_read_back(campaign, folder: Path) -> None:
     path.write_text(text.replace("name: Tether Laboratory", "name: Tether Laboratory\n  country: IT"), encoding="utf-8")
     findings = chain.evaluate(load("campaign.yaml"))
     length = next(one for one in findings.results if one.name == "x_max")
-    found = campaign(certificate(findings).decode(), "{dcc: k.xml, quantity: x_max (x_max)}")
+    found = campaign(certificate(findings).decode(), "{dcc: k.xml, quantity: x_max}")
     read = found.instruments["indicator"].certificate
     assert (read.number, read.laboratory) == ("TR-2026-001", "Tether Laboratory")
     assert read.expanded_uncertainty.si == pytest.approx(length.coverage.k * length.u, rel=1e-12)
