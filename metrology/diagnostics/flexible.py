@@ -206,6 +206,8 @@ def _powers(
     """
     everything = np.concatenate([path.by[name] for path in paths])
     most = float(np.nanmax(np.abs(everything)))
+    if not most > 0.0:
+        return None
     every = np.array([*POWERS[name], *EVEN[name]])
     odd = np.arange(len(every)) < len(POWERS[name])
     shapes = [_power(most, float(power), odd=bool(own)) for power, own in zip(every, odd, strict=True)]
