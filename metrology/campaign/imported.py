@@ -19,6 +19,7 @@ from metrology.declaration.entry import mean
 from metrology.errors import Fault
 from metrology.gum.distributions import Arcsine, Distribution, Normal, Rectangular, Student, Triangular
 from metrology.gum.evaluation import BudgetRow
+from metrology.gum.law import effective_dof
 from metrology.gum.rounding import readable
 from metrology.message import said
 from metrology.units.dimensions import quoted
@@ -399,7 +400,7 @@ def parts(result: Result) -> list[Part]:
     for at, row in enumerate(result.budget):
         alike.setdefault(row.cause or at, []).append(row)
     for rows in alike.values():
-        size = sum(-row.contribution if row.opposite else row.contribution for row in rows)
+        size = sum(row.moved for row in rows)
         # A file of a version that does not write the direction of a cause has what the rows make together all the same.
         if abs(u**2 * sum(row.share for row in rows) - size**2) > _LEAST * u**2:
             joined += rows
@@ -414,7 +415,7 @@ def parts(result: Result) -> list[Part]:
     for name, rows in sets.items():
         size = sqrt(max(variances[name], 0.0))
         dof = rows[0].dof if len({row.dof for row in rows}) == 1 else None
-        # Its own of this result: what it does to another one is not told by its size.
+        # Its own of this result: its size does not say what it does to another one.
         key = f"{result.name}: {name}"
         found.append(Part(key, name, size, "normal", dof, rows[0].kind, rows[0].source, ""))
     return [part for part in found if part.contribution]
@@ -465,7 +466,10 @@ def _jointly(
         own = [[part for part in of_file[about[at]][1] if part.key not in kept[at]] for at in group]
         names = {part.name for found in own for part in found}
         name = names.pop() if len(names) == 1 else "correlated inputs"
-        dof = min(map(_freedom, own))
+        dof = min(
+            effective_dof((part.contribution**2, inf if part.dof is None else part.dof) for part in found)
+            for found in own
+        )
         for at, found in zip(group, own, strict=True):
             size, all_parts = sqrt(max(rest[at, at], 0.0)), of_file[about[at]][1]
             kind = "A" if any(part.kind == "A" for part in found) else "B"
@@ -488,13 +492,6 @@ def _groups(joined: Any) -> Iterator[list[int]]:
     count, labels = connected_components(joined, directed=False)
     groups = ([at for at, label in enumerate(labels) if label == one] for one in range(count))
     return (group for group in groups if len(group) > 1)
-
-
-def _freedom(found: list[Part]) -> float:
-    """Degrees of freedom of the sum of independent parts (JCGM 100, G.4.1)."""
-    total = sum(part.contribution**2 for part in found)
-    squares = sum(part.contribution**4 / part.dof for part in found if part.dof is not None)
-    return total**2 / squares if squares else inf
 
 
 def _enter(

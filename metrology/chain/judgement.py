@@ -48,10 +48,10 @@ def add_judged_inputs(plan: Plan, campaign: Campaign) -> None:
             unit = campaign.quantities[name].unit if name in campaign.quantities else quantity.unit
             # What readings or a fit give is a result already, which need not stand there twice.
             of_readings = (f"{key}.{name}" for key, one in campaign.ensembles.items() if name in one.columns)
-            twin = next(of_readings, name.replace(".", ".result.", 1))
-            if twin in plan.identities:
-                unit = plan.identities[twin].display_unit
-                plan.identities[twin] = replace(plan.identities[twin], headline=False)
+            same = next(of_readings, name.replace(".", ".result.", 1))
+            if same in plan.identities:
+                unit = plan.identities[same].display_unit
+                plan.identities[same] = replace(plan.identities[same], headline=False)
             plan.add_measurand(measurand, Identity(name, "derived", display_unit=unit))
 
 
@@ -360,10 +360,10 @@ def _reference_of(identity: Identity, references: Mapping[str, Stated]) -> State
 
 def _as_stated(name: str, stated: Stated, unit: str, campaign: Campaign) -> Known:
     """A stated value; with degrees of freedom its coverage factor is Student's t (JCGM 100, G.4.1)."""
-    from metrology.gum.law import coverage_factor
+    from metrology.gum.law import coverage_factor, effective_dof
 
-    squares = sum(part.u**4 / part.dof for part in stated.input("").components if isfinite(part.dof))
-    factor = coverage_factor(campaign.coverage_probability, stated.u**4 / squares) if squares else STATED
+    dof = effective_dof((part.u**2, part.dof) for part in stated.input("").components)
+    factor = coverage_factor(campaign.coverage_probability, dof) if isfinite(dof) else STATED
     return name, stated.si, stated.u, unit, factor, stated
 
 
@@ -375,9 +375,9 @@ def _by_causes(a: Known, b: Known, evaluation: Evaluation) -> float:
             continue
         moved = dict[str, float]()
         for row in estimate.budget:
-            moved[row.cause] = moved.get(row.cause, 0.0) + (-row.contribution if row.opposite else row.contribution)
+            moved[row.cause] = moved.get(row.cause, 0.0) + row.moved
         parts = (part for part in stated.input("").components if part.cause)
-        shared = sum(moved.get(part.cause, 0.0) * (-part.u if part.opposite else part.u) for part in parts)
+        shared = sum(moved.get(part.cause, 0.0) * part.sign * part.u for part in parts)
         return shared / (estimate.u * stated.u)
     return 0.0
 

@@ -88,7 +88,7 @@ def directions(rig: Rig, runs: Sequence[MeasuredRun], values: Sequence[dict[str,
         knots = _knots(name, known)
         if len(knots) > 2:
             found += _families(name, knots, (rig, runs, values, fit), known)
-            powers = _powers(name, (rig, runs, values, fit), known) if name in POWERS else None
+            powers = _powers(name, knots, (rig, runs, values, fit), known) if name in POWERS else None
             found += [] if powers is None else [powers]
     words = QUANTITIES[rig.coordinate]
     model = (rig, runs, values, fit)
@@ -198,14 +198,16 @@ def _family(
 
 
 def _powers(
-    name: str, model: tuple[Rig, Sequence[MeasuredRun], Sequence[dict[str, float]], Fit], paths: Sequence[Path]
+    name: str,
+    knots: Array,
+    model: tuple[Rig, Sequence[MeasuredRun], Sequence[dict[str, float]], Fit],
+    paths: Sequence[Path],
 ) -> Direction | None:
     """Sums of powers of a pull of the line, how much of each a smooth function of its exponent.
 
     A listed power follows one of another exponent far better than a law of any form is cheap (`decay_laws`).
     """
-    everything = np.concatenate([path.by[name] for path in paths])
-    most = float(np.nanmax(np.abs(everything)))
+    most = float(np.abs(knots).max())
     if not most > 0.0:
         return None
     every = np.array([*POWERS[name], *EVEN[name]])

@@ -214,7 +214,7 @@ class Table:
         return total + log_prior(len(effects), self.among)
 
     def log_likelihood(self, cost: float, effects: Set) -> float:
-        """Ln likelihood of what a set leaves."""
+        """Ln likelihood of the residual cost of a set."""
         scarce = None if self.free is None else Scarce(self.free, self.free)
         return log_likelihood(cost, scarce, sum(self.members[name].ways for name in effects))
 

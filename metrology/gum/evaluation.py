@@ -77,6 +77,11 @@ class BudgetRow:
     ] = ""
     opposite: Annotated[bool, Doc("Whether the cause moves this input against the others.")] = False
 
+    @property
+    def moved(self) -> float:
+        """Contribution with the direction in which its cause moves the input."""
+        return -self.contribution if self.opposite else self.contribution
+
 
 @dataclass(frozen=True)
 class Coverage:

@@ -60,6 +60,11 @@ class Component:
         return self.distribution.u
 
     @property
+    def sign(self) -> float:
+        """Direction in which its cause moves the input, 1 or −1."""
+        return -1.0 if self.opposite else 1.0
+
+    @property
     def drawn(self) -> Distribution:
         """Distribution of the Monte Carlo draws: a normal u known with ν degrees of freedom is drawn as scaled t.
 

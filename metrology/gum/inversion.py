@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from math import inf, sqrt
+from math import sqrt
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy as np
 from metrology.errors import Fault, MetrologyError
 from metrology.gum.fit import Regression, inverse
 from metrology.gum.inputs import Input
-from metrology.gum.law import coverage_factor
+from metrology.gum.law import coverage_factor, effective_dof
 
 _STEP = 1e-100
 _MOST = 50
@@ -128,7 +128,4 @@ def fieller(fit: Regression, y: Input, probability: float) -> tuple[float, float
 def _dof(fit: Regression, y: Input) -> float:
     """Effective degrees of freedom of the gap between line and y at the crossing (JCGM 100 G.4.1)."""
     at = np.array([1.0, (y.value - float(fit.values[0])) / float(fit.values[1])]) if fit.values[1] else np.eye(2)[0]
-    parts = [(float(at @ fit.covariance @ at), fit.dof), *((one.u**2, one.dof) for one in y.components)]
-    total = sum(variance for variance, _ in parts)
-    least = sum((variance / total) ** 2 / dof for variance, dof in parts) if total > 0 else 0.0
-    return 1 / least if least else inf
+    return effective_dof([(float(at @ fit.covariance @ at), fit.dof), *((one.u**2, one.dof) for one in y.components)])

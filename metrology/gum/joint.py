@@ -83,7 +83,7 @@ class Joint:
             matrix[self._block(rows, columns)] = block
             matrix[self._block(columns, rows)] = block.T
         for rows in self.causes.values():
-            signs = [-1.0 if self.terms[row].component.opposite else 1.0 for row in rows]
+            signs = [self.terms[row].component.sign for row in rows]
             matrix[self._block(rows, rows)] = np.outer(signs, signs)
         return matrix
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import inf, isfinite, nan, sqrt
@@ -219,6 +219,30 @@ class Law:
 
     def _coefficient(self, i: int, j: int) -> float:
         return min(1.0, max(-1.0, float(self.covariance[i, j]) / (self.u(i) * self.u(j))))
+
+
+def effective_dof(parts: Iterable[tuple[float, float]]) -> float:
+    """Effective degrees of freedom of a sum of independent parts, ν = u⁴ / Σ u_j⁴/ν_j (JCGM 100:2008 G.4.1).
+
+    Parameters
+    ----------
+    parts : iterable of (float, float)
+        Variance and degrees of freedom of each part.
+
+    Returns
+    -------
+    float
+        ν, infinite where every part is taken as known.
+
+    Examples
+    --------
+    >>> effective_dof([(1.0, 4.0), (1.0, float("inf"))])
+    16.0
+    """
+    known = list(parts)
+    total = sum(variance for variance, _ in known)
+    least = sum((variance / total) ** 2 / dof for variance, dof in known) if total > 0 else 0.0
+    return 1 / least if least else inf
 
 
 def coverage_factor(probability: float, dof: float = inf) -> float:

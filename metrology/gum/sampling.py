@@ -142,7 +142,7 @@ def _shared(joint: Joint, rows: Sequence[int]) -> Source:
     """One draw of a cause that components of several inputs share, in the size that each has of it."""
     terms = [joint.terms[row] for row in rows]
     drawn = terms[0].component.drawn
-    sizes = {term.input.name: (-1.0 if term.component.opposite else 1.0) * term.component.u / drawn.u for term in terms}
+    sizes = {term.input.name: term.component.sign * term.component.u / drawn.u for term in terms}
 
     def draw(generator: Generator, size: int) -> Mapping[str, Floats]:
         values = drawn.draw(generator, size)
