@@ -143,7 +143,7 @@ def judge(search: Search, base: Fit, first: View, view: View) -> Judged:
     forms = search.subject.families(last)
     sharper, floor = _sharper(search, view, forms)
     sharper, found = compressed(sharper, families(sharper, forms, last.used))
-    law, unlisted, instead, lawful = _unlisted(search, view, sharper, found)
+    law, unlisted, instead, lawful = _unlisted(search, view, sharper, found, 1.0 / weights.get(view.effects, 1.0))
     tried = dict.fromkeys(name for one in weights for name in one)
     # Sums that no order of a set moves by a digit (`math.fsum`): another process has another one.
     probability = {name: math.fsum(w for one, w in weights.items() if name in one) for name in tried}
@@ -322,12 +322,13 @@ def _beside_lines(search: Search, view: View, forms: Sequence[Direction]) -> Lin
 
 
 def _unlisted(
-    search: Search, view: View, sharper: Line, found: Sequence[Family]
+    search: Search, view: View, sharper: Line, found: Sequence[Family], listed: float
 ) -> tuple[Law | None, float, dict[str, float], tuple[WithLaw, ...]]:
     """Best unlisted law, its probability together with any effects of the model, and for each that of a law instead.
 
     Last the unknowns of the base with a law and every part of the model. Only a law of one quantity takes the place of
-    an effect, and only where the readings do not refute it.
+    an effect, and only where the readings do not refute it. `listed`: evidence of all sets of listed effects over that
+    of the model, each of which a law may be beside as well as beside the model.
     """
     table, own, free = view.table, view.effects, view.table.free
     simple = [family for family in found if family.is_simple]
@@ -357,10 +358,10 @@ def _unlisted(
         laws[one] = laws_of
     # Of the model without a law, that is.
     over = {one: value - alone for one, value in evidence.items()}
-    instead_of = _probabilities(over)
+    instead_of = _probabilities(over, listed)
     instead = {name: math.fsum(w for one, w in instead_of.items() if name not in one) for name in own}
-    over[own], laws[own] = beside, every
-    weights = _probabilities(over)
+    over[own], laws[own] = beside + math.log(listed), every
+    weights = _probabilities(over, listed)
     fitted = [(one, law, over[one] + math.log(part)) for one, w in weights.items() if w > NEGLIGIBLE
               for law, part in zip(laws[one], _shares(laws[one]), strict=True) if w * part > NEGLIGIBLE]  # fmt: skip
     if free is not None:
@@ -392,9 +393,9 @@ def _refuted(sharper: Line, left: float) -> bool:
     return bool(left * sharper.noise.misfit > COARSE * (sharper.count - sharper.base.shape[1]))
 
 
-def _probabilities(over: Mapping[Set, float]) -> dict[Set, float]:
-    """Probability of each of some models beside one whose ln evidence is zero."""
-    found = _normalised({None: 0.0, **over})
+def _probabilities(over: Mapping[Set, float], others: float) -> dict[Set, float]:
+    """Probability of each of some models beside others, of whose evidence together that of the models is given over."""
+    found = _normalised({None: math.log(others), **over})
     return {one: w for one, w in found.items() if one is not None}
 
 

@@ -16,7 +16,7 @@ from metrology.estimation.covariance import spread
 
 SMOOTH = (0.25, 0.5, 1.0)
 """Lengths over which such a law changes, over half of the range, equally probable: the listed laws are as smooth."""
-SIZES = np.logspace(-0.5, 5.5, 13)
+SIZES = np.logspace(0.0, 6.0, 13)
 """Its size, over what can just be seen of it: every decade is equally probable, to a million times that."""
 
 
