@@ -25,6 +25,7 @@ from metrology.diagnostics import heldout, intervals
 from metrology.diagnostics.candidate import Candidate
 from metrology.diagnostics.judgement import LIKELY, Judged
 from metrology.diagnostics.search import COARSE, EQUAL
+from metrology.diagnostics.sets import NEGLIGIBLE
 from metrology.diagnostics.subject import Array, Fit, Subject
 from metrology.diagnostics.supported import supported
 from metrology.message import Sentence, said
@@ -34,8 +35,13 @@ SHOWS = 5.0
 LOOSE = 30.0
 """Standard uncertainty over the size of a parameter from which on it is not printed of a cause that is not named."""
 ANYTHING = "These data do not decide whether anything is missing; possible: {possible}; a law that is not listed."
+WHAT = "Something is missing, but these data do not decide what; possible: {possible}; a law that is not listed."
+MORE = {
+    ANYTHING: "These data do not decide whether more is missing; possible: {possible}; a law that is not listed.",
+    WHAT: "More is missing, but these data do not decide what; possible: {possible}; a law that is not listed.",
+}
+"""What is said in place of a sentence after another that names what is missing."""
 EITHER = "one of {titles:comma}, which these data cannot distinguish"
-MORE = "These data do not decide whether more is missing; possible: {possible}; a law that is not listed."
 ROUNDING, PLACES = 1e-12, 9
 """Part of a probability below which a difference from it is rounding; places to which two are compared."""
 
@@ -169,7 +175,12 @@ def _of_cause(judged: Judged, subject: Subject, name: str, support: Support) -> 
         removed = said(text, share=float(100 * judged.carries.get(name, 1.0)))
         return followed(removed, _left_out(judged, name), kinds, _where(judged, subject, name))
     if support == "indistinguishable" and (name,) in judged.groups:
-        text = "Possible: these data do not decide whether it, a law that is not listed, or nothing is missing."
+        text = (
+            "Possible: something is missing, but these data do not decide whether it is this effect or another one, "
+            "listed or not."
+            if _certain(judged)
+            else "Possible: these data do not decide whether it, a law that is not listed, or nothing is missing."
+        )
         return followed(said(text), kinds)
     if support == "indistinguishable":
         text = "Possible: these data cannot distinguish it from the others of its group."
@@ -181,6 +192,12 @@ def _of_cause(judged: Judged, subject: Subject, name: str, support: Support) -> 
         # By the straight line alone, where the search ended before a model with it was fitted.
         return said("More probable than not, but not in the fitted model that has the most evidence: not named.")
     return said("The evidence is against it.")
+
+
+def _certain(judged: Judged) -> bool:
+    """Whether one of the effects of which each alone is undecided is there for certain, if no law is in its place."""
+    undecided = {group[0] for group in judged.groups if len(group) == 1}
+    return math.fsum(w for one, w in judged.weights.items() if one.isdisjoint(undecided)) < NEGLIGIBLE
 
 
 def _where(judged: Judged, subject: Subject, name: str) -> str:
@@ -405,7 +422,7 @@ def _sentence(judged: Judged, subject: Subject, causes: tuple[Cause, ...]) -> st
     if not undecided:
         return missing
     possible = tuple(_with_name(subject.candidates[name].title, name) for name in undecided)
-    words = said(ANYTHING, possible=possible)
+    words = said(WHAT if _certain(judged) else ANYTHING, possible=possible)
     return followed(missing, words) if missing else words
 
 
@@ -417,8 +434,8 @@ def followed(*sentences: str) -> str:
 
 
 def _more(sentence: str) -> str:
-    if isinstance(sentence, Sentence) and sentence.message == ANYTHING:
-        return said(MORE, **sentence.values)
+    if isinstance(sentence, Sentence) and sentence.message in MORE:
+        return said(MORE[sentence.message], **sentence.values)
     return sentence
 
 

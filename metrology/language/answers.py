@@ -143,7 +143,7 @@ def short(finding: Diagnosis, language: Language = ENGLISH) -> str:
 
 def _undecided(finding: Diagnosis, language: Language) -> str:
     if finding.undecided:
-        return language.say("These data do not decide whether anything is missing.")
+        return language.say("These data do not decide what is missing, if anything is.")
     return language.say("One of several effects is missing.")
 
 

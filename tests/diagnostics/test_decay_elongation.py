@@ -178,6 +178,15 @@ def test_planted_effect_that_hardly_shows_is_said_to_be_undecided():
     assert "do not decide whether more is missing" in beside.sentence
 
 
+def test_where_something_is_missing_for_certain_it_is_not_said_to_be_undecided():
+    test, _ = decayed("spectra", 1, {"cubic": size_in_decay("cubic", 5.5)}, count=3)
+    found = decay(test, rng=np.random.default_rng(1))
+    assert (found.verdict, found.named, found.undecided) == ("ambiguous", (), ("cubic",))
+    assert found.sentence.startswith("Something is missing, but these data do not decide what")
+    beside = with_overlays(found, [Overlay("mains", (), "Found.", 20.0)])
+    assert "More is missing, but these data do not decide what" in beside.sentence
+
+
 def test_planted_stop_beside_friction_is_not_named_a_cubic_stiffness():
     """It bends the spring by a 300th of the misfit: as likely as another effect is that something has another form."""
     planted = {"friction": size_in_decay("friction", 150.0), "stop": size_in_decay("stop", 8.0)}
