@@ -11,7 +11,7 @@ from scipy.linalg import block_diag
 from metrology.coordinate import QUANTITIES
 from metrology.diagnostics.laws import hats
 from metrology.diagnostics.plain import GAIN
-from metrology.diagnostics.release import Path, Record
+from metrology.diagnostics.release import MOTION, Path, Record
 from metrology.diagnostics.subject import STRAIGHT, Array, Direction
 from metrology.rig import Rig
 
@@ -141,4 +141,8 @@ def _gain(rig: Rig, records: Sequence[Record], values: Sequence[tuple[float, ...
         names |= {f"{GAIN} of time {number}@{at}": float(knot) for at, knot in enumerate(knots)}
     ends = np.cumsum([len(one.t) for one in records])[:-1]
     rows = np.split(-GAIN_SEEN * block_diag(*columns), ends)
-    return Direction(f"{GAIN} of time", names, GAIN_SEEN, tuple(rows), ways=tuple(names), listed=STRAIGHT)
+    # A factor 1 + b·t is a damping less by 2m·b, at the same frequency: k = m·ω² + c²/(4m) falls with it.
+    c = float(np.mean([own[MOTION.index("c")] for own in values]))
+    straight = {"c": 2 * rig.m, "k": c}
+    return Direction(f"{GAIN} of time", names, GAIN_SEEN, tuple(rows), ways=tuple(names), listed=STRAIGHT,
+                     straight=straight)  # fmt: skip

@@ -31,7 +31,7 @@ POWERS = {"e": (0.5, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 7.0), "r": (0.5, 1.
 """Exponents of |q|^p·sign q of which a pull of the line is a sum, too; the first power is k, or c."""
 EVEN = {"e": (), "r": (0.5, 1.0, 1.5, 2.0, 3.0)}
 """Exponents of |q|^p besides: what acts while the line is drawn out alone is half of it even; a line pulls one way."""
-LINE = {"e": "k", "r": "c"}
+LINE = {"e": {"k": 1.0}, "r": {"c": 1.0}}
 """What a pull of the line depends on, which the load cell reads, and what it is where it is straight; any other force
 acts on the module past the cell."""
 FINER = {"x": 25, "t": 34}
@@ -194,7 +194,7 @@ def _family(
         return None
     values = {f"{name}@{at}": float(knot) for at, knot in enumerate(knots)}
     return Direction(_word(name, model[0]), values, _amount(model[0], model[1]), rows, ways=tuple(values),
-                     listed=(1,) if name in LINE else STRAIGHT, straight=LINE.get(name, ""))  # fmt: skip
+                     listed=(1,) if name in LINE else STRAIGHT, straight=LINE.get(name, {}))  # fmt: skip
 
 
 def _powers(

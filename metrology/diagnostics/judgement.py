@@ -407,8 +407,7 @@ def _named_values(search: Search, sharper: Line, kept: Set, law: Law) -> dict[st
     shift, u = estimates(sharper, kept, law)
     places = base_places(sharper.fit, search.subject.candidates)
     unknowns, theta = sharper.fit.problem.unknowns, sharper.fit.theta
-    off = {law.straight: law.slope}
-    return {(name := unknowns[at].name): (float(theta[at] + moved), math.hypot(own, off.get(name, 0.0)))
+    return {(name := unknowns[at].name): (float(theta[at] + moved), math.hypot(own, law.off.get(name, 0.0)))
             for at, moved, own in zip(places, shift, u, strict=True)}  # fmt: skip
 
 

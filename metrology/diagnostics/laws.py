@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -58,13 +58,16 @@ class Law:
     """Every length that the readings do not rule out."""
     gone: float = 0.0
     """χ² that the law takes away."""
-    straight: str = ""
-    """Unknown that the straight part of the law is, which is no part of it; nothing where it has none."""
+    straight: Mapping[str, float] = field(default_factory=dict)
+    """Unknowns that the straight part of the law is, which is no part of it, and what each is for a slope of one."""
 
     @property
-    def slope(self) -> float:
-        """Slope of a straight law of the same size: by as much that unknown may be off, in its unit."""
-        return self.size / float(np.sqrt(np.mean(self.at**2))) if self.straight else 0.0
+    def off(self) -> dict[str, float]:
+        """By how much unknowns may be off: the slope of a straight law of the same size, for each in its unit."""
+        if not self.straight:
+            return {}
+        slope = self.size / float(np.sqrt(np.mean(self.at**2)))
+        return {name: abs(factor) * slope for name, factor in self.straight.items()}
 
     @property
     def size(self) -> float:

@@ -185,8 +185,8 @@ class Direction:
     listed: tuple[int, ...] = ()
     """Powers of what an unlisted law depends on that it has not, since they are listed. `STRAIGHT`: a tilt and a drag,
     a zero and a gain. The first alone: stiffness or damping of the line; such a law is zero at zero, as a line is."""
-    straight: str = ""
-    """Unknown that the straight part of an unlisted law is: k or c."""
+    straight: Mapping[str, float] = field(default_factory=dict)
+    """Unknowns that the straight part of an unlisted law is, and by how much each is off for a slope of one."""
     is_line: bool = False
     """Whether an unlisted law is an oscillation of one frequency: the noise about it is measured beside it."""
     neighbours: bool = False

@@ -23,7 +23,8 @@ from metrology.diagnostics.candidate import DECAY, ELONGATION
 from metrology.diagnostics.decay import Decay
 from metrology.diagnostics.elongation import Elongation
 from metrology.diagnostics.overlays import Overlay, with_overlays
-from metrology.diagnostics.release import FORCES, _blocks
+from metrology.diagnostics.plain import plain_values
+from metrology.diagnostics.release import FORCES, LEVELS, _blocks
 from metrology.elongation import ElongationTest, Load, Reading
 from metrology.gum import Component, Rectangular
 from metrology.gum.inputs import Input
@@ -176,6 +177,21 @@ def test_planted_effect_that_hardly_shows_is_said_to_be_undecided():
     beside = with_overlays(found, [Overlay("mains", (), "Found.", 20.0)])
     assert beside.sentence.startswith("Found in the records in addition to the decay")
     assert "do not decide whether more is missing" in beside.sentence
+
+
+def test_closed_form_a_gain_that_falls_in_proportion_to_time_is_damping():
+    """By as much as a straight change of the gain says, c and k may be off: such a change of both undoes it."""
+    test, _ = decayed("spectra", 2, {}, count=1)
+    posed = Decay(test)
+    subject = posed.subject()
+    fit = subject.fit((), [{}])
+    gain = next(one for one in posed.families(fit) if one.effect == "gain of time")
+    change = 1e-4 / max(abs(at) for at in gain.values.values())
+    moved = {name: fit.values[name] + factor * change for name, factor in gain.straight.items()}
+    for at, one in enumerate(posed.records):
+        still = {f"{level}@{one.name}": 0.0 for level in LEVELS}
+        before, after = (posed.predict(at, plain_values({**fit.values, **still, **own}, one.name)) for own in ({}, moved))
+        assert np.abs(after * (1 + change * one.t) - before).max() < 0.02 * np.abs(after - before).max()
 
 
 def test_where_something_is_missing_for_certain_it_is_not_said_to_be_undecided():

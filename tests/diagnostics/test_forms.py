@@ -88,12 +88,12 @@ def test_limit_a_pull_that_is_straight_in_what_it_depends_on_is_a_change_of_k_or
 
 def test_closed_form_the_straight_part_that_a_law_has_not_is_as_large_as_the_law():
     at = np.array([-2.0, -1.0, 0.0, 1.0, 2.0])
-    law = Law("tension of elongation", 0.0, at, 3.0 * at, np.ones(5), straight="k")
-    assert law.slope == pytest.approx(3.0)
-    assert replace(law, straight="").slope == 0.0
+    law = Law("tension of elongation", 0.0, at, 3.0 * at, np.ones(5), straight={"k": 1.0, "c": -2.0})
+    assert law.off == pytest.approx({"k": 3.0, "c": 6.0})
+    assert replace(law, straight={}).off == {}
     subject, fit = fitted({})
     families = {one.effect: one.straight for one in subject.families(fit)}
-    assert (families["tension of elongation"], families["tension of rate of elongation"]) == ("k", "c")
+    assert (families["tension of elongation"], families["tension of rate of elongation"]) == ({"k": 1.0}, {"c": 1.0})
     assert not families["force of position"]
 
 
