@@ -179,6 +179,14 @@ def test_planted_effect_that_hardly_shows_is_said_to_be_undecided():
     assert "do not decide whether more is missing" in beside.sentence
 
 
+@pytest.mark.parametrize("seed", [4, 6])
+def test_planted_damping_that_two_listed_laws_follow_is_one_of_them(seed):
+    """An unlisted law is weighed against both: against the better one alone it was 1 in 9, and in 6."""
+    test, _ = decayed("spectra", seed, {"quadratic drag": size_in_decay("quadratic drag", 9.0)}, count=3)
+    found = decay(test, rng=np.random.default_rng(1))
+    assert [set(group) for group in found.groups] == [{"quadratic drag", "damping"}]
+
+
 def test_closed_form_a_gain_that_falls_in_proportion_to_time_is_damping():
     """By as much as a straight change of the gain says, c and k may be off: such a change of both undoes it."""
     test, _ = decayed("spectra", 2, {}, count=1)
@@ -190,7 +198,9 @@ def test_closed_form_a_gain_that_falls_in_proportion_to_time_is_damping():
     moved = {name: fit.values[name] + factor * change for name, factor in gain.straight.items()}
     for at, one in enumerate(posed.records):
         still = {f"{level}@{one.name}": 0.0 for level in LEVELS}
-        before, after = (posed.predict(at, plain_values({**fit.values, **still, **own}, one.name)) for own in ({}, moved))
+        before, after = (
+            posed.predict(at, plain_values({**fit.values, **still, **own}, one.name)) for own in ({}, moved)
+        )
         assert np.abs(after * (1 + change * one.t) - before).max() < 0.02 * np.abs(after - before).max()
 
 

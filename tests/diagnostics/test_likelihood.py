@@ -306,6 +306,16 @@ def test_limit_a_law_that_the_rest_of_the_model_contains_has_no_size():
     assert np.isfinite(law.log_bayes)
 
 
+def test_limit_a_law_of_which_nothing_is_seen_hardly_makes_a_model_incomplete():
+    """Of any size from what can just be seen on, it would have been seen: ten to one against it."""
+    x = np.array([-1.0, 0.0, 1.0, 2.0])
+    family = Family(Direction("force of position", {"x@0": 1.0}, 1.0, (x[:, None],)), x[:, None], (np.eye(1),))
+    line_ = SimpleNamespace(columns=(), base=np.ones((4, 0)), residual=np.array([1.0, 1.0, 1.0, 0.0]), count=4)
+    ((law,), _) = of_families(line_, [family], NONE)
+    assert law.gone == 0.0
+    assert np.exp(law.log_bayes) < 0.1
+
+
 def test_closed_form_unknowns_beside_a_law_are_means_over_its_lengths():
     """Of two, one lets hardly any of a law be there and one any: k is as without it, or as with it free."""
     x = np.array([-1.0, 0.0, 1.0, 2.0])
