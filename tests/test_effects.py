@@ -40,6 +40,7 @@ CASES: dict[str, list[tuple[tuple[float, float], dict[str, float]]]] = {
         (NYLON, {"friction.force": 0.05, "friction.static_ratio": 1.2, "friction.bias": 0.3}),
     ],
     "drag": [(NYLON, {"drag.viscous": 0.3}), (NYLON, {"drag.quadratic": 3.0}), (ALUMINIUM, {"drag.quadratic": 3.0})],
+    "hose": [(NYLON, {"hose.stiffness": 0.4, "hose.rest": 1.2}), (SPECTRA, {"hose.stiffness": 5.0, "hose.rest": 1.5})],
     "tilt": [(PEEK, {"tilt.angle": 1e-3})],
     "appendage": [
         (NYLON, {"appendage.mass": 2.0, "appendage.frequency": 4.0, "appendage.damping": 0.03}),
@@ -291,7 +292,7 @@ def test_refusal_of_a_cause_without(change: dict[str, object]) -> None:
         ({"force": lambda size, mood: size * mood}, "toy.force: got argument 'mood'; expected one of t, x, v,"),
         ({"tension": lambda e, size: size * e}, "toy.slope: got one of 'tension' and 'slope'"),
         ({"force": None, "damping": lambda e, size: e * size}, "expected linear=False for what is added to the line"),
-        ({"force": lambda x, size: x * size}, "expected linear=False for a force by x"),
+        ({"force": lambda e, size: e * size}, "expected linear=False for a force by e"),
         ({"readings": {"a": lambda y, size: y * size}}, "toy.readings: got 'a'; expected 'x', 'v' or 'T'"),
         ({"sizes": 2}, "toy.sizes: got 2; expected a number from 1 to 1"),
     ],

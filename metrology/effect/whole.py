@@ -97,9 +97,9 @@ def _nonlinear(where: str, effect: Effect) -> Iterator[Fault]:
     if line and any(one.linear for one in effect.parameters[: effect.sizes]):
         yield Fault(f"{where}.parameters", "linear=True", "linear=False for what is added to the line's tension")
     if effect.force and any(one.linear for one in effect.parameters[: effect.sizes]):
-        stiff = [name for name in inspect.signature(effect.force).parameters if name in ("t", "x", "e", "T")]
+        stiff = [name for name in inspect.signature(effect.force).parameters if name in ("t", "e", "T")]
         if stiff:
-            expected = f"linear=False for a force by {', '.join(stiff)}: exact steps know forces by v alone"
+            expected = f"linear=False for a force by {', '.join(stiff)}: exact steps know forces by x and v alone"
             yield Fault(f"{where}.parameters", "linear=True", expected)
 
 

@@ -94,8 +94,8 @@ def _put(term: Term, given: dict[str, str]) -> str:
     return "" if put.unknown or not _body(term) else ast.unparse(found)
 
 
-def _called(effect: Effect, place: str) -> str:
-    given = dict(_GIVEN[place])
+def _called(effect: Effect, place: str, **instead: str) -> str:
+    given = {**_GIVEN[place], **instead}
     values = {one.short: one.name for one in effect.parameters}
     term: Term = getattr(effect, place)
     found = {one: given[one] if one in given else f"p[{INDEX[values.get(one, one)]}]" for one in asked(term)}
@@ -108,6 +108,18 @@ def _composed(name: str) -> str:
     for effect in EFFECTS:
         if getattr(effect, place):
             lines += [f"    if {_acts(sizes(effect))}:", f"        total += {_called(effect, place)}"]
+    return "\n".join([*lines, "    return total"])
+
+
+def _stiffness() -> str:
+    """Function of the kernel for the stiffness of what pulls on the module in proportion to its position."""
+    lines = ["def added_stiffness(p):", "    total = 0.0"]
+    still = {"v": "0.0", "way": "0"}
+    for effect in EFFECTS:
+        linear = [one.name for one in effect.parameters[: effect.sizes] if one.linear]
+        if effect.force and linear and "x" in asked(effect.force):
+            here, there = (_called(effect, "force", x=x, **still) for x in ("0.0", "1.0"))
+            lines += [f"    if {_acts(linear)}:", f"        total += ({here}) - ({there})"]
     return "\n".join([*lines, "    return total"])
 
 
@@ -130,6 +142,7 @@ def _source() -> str:
     return "\n\n\n".join(
         [
             *map(_composed, _PLACES),
+            _stiffness(),
             _whether("has_tension", "p", _acts(name for one in by["tension"] for name in sizes(one))),
             _whether("is_curved_line", "p", _acts(name for one in line for name in sizes(one, curved=True))),
             _whether("is_curved_force", "r, p", curved),
@@ -142,7 +155,16 @@ def _source() -> str:
 
 SOURCE = _source()
 """Source of the composed functions, for reading and for the key of the compiled copy."""
-NAMES = (*_PLACES, "has_tension", "is_curved_line", "is_curved_force", "turns", "has_sides", "has_ways")
+NAMES = (
+    *_PLACES,
+    "added_stiffness",
+    "has_tension",
+    "is_curved_line",
+    "is_curved_force",
+    "turns",
+    "has_sides",
+    "has_ways",
+)
 
 
 def is_small(function: Function) -> bool:

@@ -64,12 +64,14 @@ CATENARY = np.array([
 INVERSE = 1.0 / np.maximum(np.arange(40), 1)  # division is slow where it is waited for
 # fmt: on
 # What the files of `metrology.effects` add, each function composed of all of them: force on the module, static tension
-# of the line, its slope, force of its damping; whether any acts that is not linear, or that turns with v or e.
+# of the line, its slope, force of its damping, stiffness of the force; whether any acts that is not linear, or that
+# turns with v or e.
 (
     added_force,
     added_tension,
     added_slope,
     added_damping,
+    added_stiffness,
     has_tension,
     is_curved_line,
     is_curved_force,
@@ -473,7 +475,7 @@ def fastest(r, p, kind):
     k = p[K] * max(1.0, p[TOE_RATIO] if p[TOE] > 0.0 else 1.0) + p[ZENER] + p[HYSTERESIS]
     if kind[ATTACHMENT] == NO_LINE or r[CONTACT] != STRETCHED:
         k = 0.0
-    rate = k / (p[M] - p[APPENDAGE])
+    rate = (k + max(added_stiffness(p), 0.0)) / (p[M] - p[APPENDAGE])
     if p[APPENDAGE] > 0.0:
         rate += p[APPENDAGE_RATE] ** 2 / (1.0 - p[APPENDAGE] / p[M])
     if p[FRAME] > 0.0:

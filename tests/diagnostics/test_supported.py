@@ -126,6 +126,15 @@ def test_planted_damper_of_one_direction_is_named(quantity: str, tmp_path: Path)
 
 
 @pytest.mark.long
+def test_planted_hose_is_named(tmp_path: Path):
+    """A quadratic drag, a Zener relaxation, a friction and an appendage stood in its place, with k 3 % wide."""
+    found, k, true = result("unlisted", "hose", tmp_path, "response", 20261126)
+    assert found.named == ("hose",)
+    assert abs(k.value - true) < 2.5 * k.u
+    assert k.u < 0.002 * k.value
+
+
+@pytest.mark.long
 def test_law_an_input_known_for_all_runs_and_for_each_is_two_rows_of_the_budget(tmp_path: Path):
     """A zero of the cell of each run was taken as one of all, with u = 0: every result was not a number."""
     found, k, true = result("one medium", "cell zero", tmp_path, "response", 71)

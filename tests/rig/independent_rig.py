@@ -23,6 +23,7 @@ NULLS = {
     "yaw.frequency": 0.5, "yaw.damping": 0.02, "cell.gain": 1, "cell.zero": 0, "cell.drift": 0, "motion.scale": 1,
     "clock.x": 0, "clock.v": 0, "clock.T": 0, "hum.x": 0, "hum.v": 0, "hum.T": 0, "hum.frequency": 50, "hum.phase": 0,
     "start.x": 0, "start.v": 0, "even.stiffness": 0, "line_damping.quadratic": 0, "asymmetric_damping.outward": 0,
+    "hose.stiffness": 0, "hose.rest": 0,
     "sine.rate": 0, "gain_drift.rate": 0,
     "appendage.mass": 0, "appendage.frequency": 10, "appendage.damping": 0.02,
 }  # fmt: skip
@@ -113,6 +114,7 @@ class Reference:
         e, v = self.e, y[1]
         push = y[8] if e["thrust.lag"] > 0 else thrust
         tilt = self.m * self.g * math.sin(e["tilt.angle"])
+        push -= e["hose.stiffness"] * (y[0] - e["hose.rest"])
         pulled = push + tilt - e["drag.viscous"] * v - e["drag.quadratic"] * v * abs(v) - self.tension(y, contact)
         return pulled + self.carried(y)
 

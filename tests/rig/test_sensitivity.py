@@ -29,7 +29,7 @@ OFF = {
     "hum.T": 0.01, "hum.frequency": 38.0, "hum.phase": 0.3, "start.x": 0.002, "start.v": 0.003,
     "even.stiffness": 3e3, "line_damping.quadratic": 300.0, "sine.rate": 5.0, "gain_drift.rate": 1e-3,
     "friction.bias": 0.2, "appendage.mass": 2.0, "appendage.frequency": 4.0, "appendage.damping": 0.03,
-    "asymmetric_damping.outward": 3.0,
+    "asymmetric_damping.outward": 3.0, "hose.stiffness": 0.4, "hose.rest": 1.2,
 }  # fmt: skip
 """Every parameter of an effect off its null."""
 WIDE = {
