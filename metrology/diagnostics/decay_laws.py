@@ -9,7 +9,7 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from metrology.coordinate import QUANTITIES
-from metrology.diagnostics.laws import hats
+from metrology.diagnostics.laws import Powers, hats
 from metrology.diagnostics.plain import GAIN
 from metrology.diagnostics.release import MOTION, Path, Record
 from metrology.diagnostics.subject import STRAIGHT, Array, Direction
@@ -76,29 +76,15 @@ def unlisted(
 
 
 def _powers(rig: Rig, records: Sequence[Record], paths: Sequence[Path], unit: float) -> Iterator[Direction]:
-    """Sums of |q|^p·sign q and of |q|^p of position or velocity, how much of each a smooth function of p.
-
-    A listed power follows one of another exponent far better than a law of any form is cheap; such a sum needs hardly
-    more ways than the listed one. Not one power alone: between two of them it would be as wrong, and as sure.
-    """
+    """Sums of powers of position or of velocity."""
     words = QUANTITIES[rig.coordinate]
-    for quantity, powers in POWERS.items():
+    for quantity, exponents in POWERS.items():
         along = [getattr(path, quantity) for path in paths]
-        most = max(float(np.abs(one).max()) for one in along)
-        every = np.array([*powers, *EVEN[quantity]])
-        odd = np.arange(len(every)) < len(powers)
-        rows = tuple(
-            -one.pushed(path, unit * np.where(odd, np.sign(q)[:, None], 1.0) * np.abs(q[:, None] / most) ** every)
-            / one.u[:, None]
-            for one, path, q in zip(records, paths, along, strict=True)
-        )
-        name = f"powers of {words[quantity].word}"
-        names = {f"{'' if own else 'even '}{name}@{power:g}": float(power)
-                 for own, power in zip(odd, every, strict=True)}  # fmt: skip
-        part = np.linspace(0.0, 1.0, KNOTS)
-        sums = part * most, part[:, None] ** every
-        family = f"{words['F'].word} of {name}"
-        yield Direction(family, names, unit, rows, ways=tuple(names), sums=sums, neighbours=True)
+        powers = Powers(max(float(np.abs(one).max()) for one in along), exponents, EVEN[quantity])
+        rows = tuple(-one.pushed(path, unit * powers.columns(q)) / one.u[:, None]
+                     for one, path, q in zip(records, paths, along, strict=True))  # fmt: skip
+        family = f"{words['F'].word} of powers of {words[quantity].word}"
+        yield powers.direction(family, unit, rows, KNOTS, {})
 
 
 def _forces(rig: Rig, records: Sequence[Record], paths: Sequence[Path], unit: float) -> list[Direction]:

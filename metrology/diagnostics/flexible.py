@@ -6,12 +6,13 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from metrology.coordinate import QUANTITIES
 from metrology.diagnosis import Missing
-from metrology.diagnostics.laws import hats
+from metrology.diagnostics.laws import Powers, hats
 from metrology.diagnostics.likelihood import orthonormal, spread_out
 from metrology.diagnostics.subject import STRAIGHT, Array, Direction, Fit, Marks
 from metrology.estimation import MeasuredRun
@@ -175,9 +176,9 @@ def _spline(knots: Array, at: int) -> Shape:
     return lambda by: np.asarray(found(np.clip(by, knots[0], knots[-1])))
 
 
-def _power(most: float, exponent: float, *, odd: bool) -> Shape:
-    """Power of a quantity that is one, or of size one, at its largest."""
-    return lambda by: np.asarray((np.sign(by) if odd else 1.0) * np.abs(by / most) ** exponent)
+def _power(powers: Powers, at: int, by: Array) -> Array:
+    """One of some powers of a quantity."""
+    return np.asarray(powers.columns(by)[..., at])
 
 
 def _family(
@@ -203,24 +204,16 @@ def _powers(
     model: tuple[Rig, Sequence[MeasuredRun], Sequence[dict[str, float]], Fit],
     paths: Sequence[Path],
 ) -> Direction | None:
-    """Sums of powers of a pull of the line, how much of each a smooth function of its exponent.
-
-    A listed power follows one of another exponent far better than a law of any form is cheap (`decay_laws`).
-    """
+    """Sums of powers of a pull of the line."""
     most = float(np.abs(knots).max())
     if not most > 0.0:
         return None
-    every = np.array([*POWERS[name], *EVEN[name]])
-    odd = np.arange(len(every)) < len(POWERS[name])
-    shapes = [_power(most, float(power), odd=bool(own)) for power, own in zip(every, odd, strict=True)]
+    powers = Powers(most, POWERS[name], EVEN[name])
+    shapes = [partial(_power, powers, at) for at in range(len(POWERS[name]) + len(EVEN[name]))]
     rows = _columns(name, shapes, model, paths, [1.0] * len(paths))
     if rows is None:
         return None
-    values = {f"{'' if own else 'even '}{name}@{power:g}": float(power)
-              for own, power in zip(odd, every, strict=True)}  # fmt: skip
-    part = np.linspace(0.0, 1.0, KNOTS[name])
-    return Direction(_word(name, model[0], "powers of "), values, _amount(model[0], model[1]), rows, ways=tuple(values),
-                     sums=(part * most, part[:, None] ** every), neighbours=True, straight=LINE[name])  # fmt: skip
+    return powers.direction(_word(name, model[0], "powers of "), _amount(*model[:2]), rows, KNOTS[name], LINE[name])
 
 
 def _word(name: str, rig: Rig, of: str = "") -> str:

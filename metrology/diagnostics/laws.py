@@ -11,7 +11,7 @@ from scipy.special import logsumexp
 
 from metrology.diagnostics.likelihood import RESOLVED, Line, orthonormal
 from metrology.diagnostics.sets import NEGLIGIBLE, Scarce, Set, log_likelihood
-from metrology.diagnostics.subject import Array, Direction, Marks
+from metrology.diagnostics.subject import Array, Blocks, Direction, Marks
 from metrology.estimation.covariance import spread
 
 SMOOTH = (0.25, 0.5, 1.0)
@@ -93,6 +93,40 @@ class Family:
 def hats(by: Array, knots: Array) -> Array:
     """Straight pieces that are one at a place and none at the others, a column for each, shape (n, h)."""
     return np.column_stack([np.interp(by, knots, hat) for hat in np.eye(len(knots))])
+
+
+@dataclass(frozen=True)
+class Powers:
+    """Sums over p of a(p)·|q|^p·sign q, or even ones of a(p)·|q|^p, a(p) a smooth function of p.
+
+    A listed power follows one of another exponent far better than a law of any form is cheap; such a sum needs hardly
+    more ways than the listed one. Not one power alone: between two of them it would be as wrong, and as sure.
+
+    Parameters
+    ----------
+    most : float
+        Largest size of the quantity q, at which each power is one.
+    odd, even : sequence of float
+        Exponents.
+    """
+
+    most: float
+    odd: Sequence[float]
+    even: Sequence[float]
+
+    def columns(self, q: Array) -> Array:
+        """Every power of a quantity, shape (…,) → (…, p)."""
+        size, sign = np.abs(q[..., None] / self.most), np.sign(q[..., None])
+        return np.concatenate([sign * size ** np.array(self.odd), size ** np.array(self.even)], axis=-1)
+
+    def direction(self, family: str, unit: float, rows: Blocks, count: int, straight: Mapping[str, float]) -> Direction:
+        """As the search takes it, stated at so many places from zero on."""
+        name = family.partition(" of ")[2]
+        values = {f"{name}@{power:g}": float(power) for power in self.odd}
+        values |= {f"even {name}@{power:g}": float(power) for power in self.even}
+        places = np.linspace(0.0, self.most, count)
+        return Direction(family, values, unit, rows, ways=tuple(values), sums=(places, np.abs(self.columns(places))),
+                         neighbours=True, straight=straight)  # fmt: skip
 
 
 def families(line: Line, directions: Sequence[Direction], used: Sequence[Marks]) -> list[Family]:
