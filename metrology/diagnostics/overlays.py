@@ -8,10 +8,11 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.special import logsumexp
 
 from metrology.decay.oscillation import DEGREE
 from metrology.decay.separation import Separated
-from metrology.diagnosis import Diagnosis, Value, Verdict
+from metrology.diagnosis import Cause, Diagnosis, Value, Verdict
 from metrology.diagnostics.candidate import DECAY as TABLE
 from metrology.diagnostics.intervals import NORMAL_95
 from metrology.diagnostics.judgement import FAR, LIKELY, logistic
@@ -45,13 +46,18 @@ class Overlay:
     values: tuple[Value, ...]
     sentence: str
     log_bayes: float
-    alike: tuple[str, ...] = ()
+    alike: tuple[Overlay, ...] = ()
     """What does nearly as well in its place."""
 
     @property
     def probability(self) -> float:
-        """As probable beforehand as not."""
-        return logistic(self.log_bayes)
+        """As probable beforehand as not, and as each of those in its place."""
+        return logistic(self.log_bayes - float(logsumexp([0.0, *(one.log_bayes for one in self.alike)])))
+
+    @property
+    def group(self) -> tuple[str, ...]:
+        """Names of those that do as well, the most probable first."""
+        return (self.effect, *(one.effect for one in self.alike))
 
 
 def lines(prepared: Decay) -> Iterator[Overlay]:
@@ -131,7 +137,7 @@ def slow(posed: Plain, found: Diagnosis, prepared: Decay) -> Iterator[Overlay]:
     drift, stepped = _drift(fit, by, prepared), _stepped(fit, by, prepared)
     best, other = sorted((drift, stepped), key=lambda one: -one.log_bayes)
     if best.log_bayes > FAR:
-        yield best if best.log_bayes > other.log_bayes + FAR else replace(best, alike=(other.effect,))
+        yield best if best.log_bayes > other.log_bayes + FAR else replace(best, alike=(other,))
 
 
 def _levels(fit: Fit, name: str) -> list[int]:
@@ -217,17 +223,25 @@ def sought_apart(found: Diagnosis) -> Diagnosis:
     return replace(found, causes=tuple(causes), detectable=tuple(sizes))
 
 
+def _found(cause: Cause, one: Overlay) -> Cause:
+    """Cause of which an overlay was found."""
+    return replace(
+        cause, verdict="indistinguishable" if one.alike else "supported", probability=one.probability,
+        parameters=one.values, log_bayes=min(one.log_bayes, MOST), sentence=one.sentence,
+    )  # fmt: skip
+
+
 def with_overlays(found: Diagnosis, overlays: Sequence[Overlay]) -> Diagnosis:
     """Name what overlies the decay, whatever shapes it."""
     causes = list(found.causes)
     # A diagnosis that failed lists no causes.
     certain = {one.effect for one in overlays if not one.alike}
     overlays = [one for one in overlays if one.effect in {cause.effect for cause in causes}
-                and not (one.alike and certain & {one.effect, *one.alike})]  # fmt: skip
+                and not (one.alike and certain & {*one.group})]  # fmt: skip
     if not overlays:
         return found
     named: list[str] = []
-    groups = tuple((one.effect, *one.alike) for one in overlays if one.alike)
+    groups = tuple(one.group for one in overlays if one.alike)
     for one in overlays:
         at = next(index for index, cause in enumerate(causes) if cause.effect == one.effect)
         if causes[at].verdict in ("supported", "indistinguishable"):
@@ -236,18 +250,16 @@ def with_overlays(found: Diagnosis, overlays: Sequence[Overlay]) -> Diagnosis:
             words = said("Another one ({sizes:figures}): {sentence}", sizes=sizes, sentence=one.sentence)
             causes[at] = replace(causes[at], sentence=followed(causes[at].sentence, words))
         else:
-            causes[at] = replace(
-                causes[at], verdict="indistinguishable" if one.alike else "supported", probability=one.probability,
-                parameters=one.values, log_bayes=min(one.log_bayes, MOST), sentence=one.sentence,
-            )  # fmt: skip
+            causes[at] = _found(causes[at], one)
         titles = {cause.effect: said("{title:lowered} ({name})", title=cause.title, name=cause.effect)
                   for cause in causes}  # fmt: skip
         text = titles[one.effect]
         if one.alike:
-            text = said(EITHER, titles=tuple(titles[name] for name in (one.effect, *one.alike)))
+            text = said(EITHER, titles=tuple(titles[name] for name in one.group))
+            for other in one.alike:
+                at = next(index for index, cause in enumerate(causes) if cause.effect == other.effect)
+                causes[at] = _found(causes[at], replace(other, alike=(replace(one, alike=()),)))
         named += [text] if text not in named else []
-    causes = [replace(one, verdict="indistinguishable") if one.verdict == "not supported"
-              and any(one.effect in group for group in groups) else one for one in causes]  # fmt: skip
     clean = found.verdict == "nothing missing"
     text = said(
         "Found in the records in addition to the decay, and separated from it: {named:comma}.", named=tuple(named)

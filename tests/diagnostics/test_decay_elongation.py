@@ -179,6 +179,19 @@ def test_planted_effect_that_hardly_shows_is_said_to_be_undecided():
     assert "do not decide whether more is missing" in beside.sentence
 
 
+def test_law_what_overlies_a_decay_and_cannot_be_told_apart_shares_its_probability():
+    test, _ = decayed("spectra", 1, {}, count=2)
+    found = decay(test, rng=np.random.default_rng(1))
+    either = Overlay("drift", (), "Fitted.", 20.0, (Overlay("hop", (), "In its place.", 18.0),))
+    beside = with_overlays(found, [either])
+    assert (beside.verdict, beside.groups) == ("ambiguous", (("drift", "hop"),))
+    causes = {one.effect: one for one in beside.causes}
+    assert {causes[name].verdict for name in ("drift", "hop")} == {"indistinguishable"}
+    assert causes["hop"].sentence == "In its place."
+    assert causes["drift"].probability + causes["hop"].probability == pytest.approx(1.0)
+    assert causes["drift"].probability == pytest.approx(1 / (1 + math.exp(-2.0)))
+
+
 @pytest.mark.parametrize("seed", [4, 6])
 def test_planted_damping_that_two_listed_laws_follow_is_one_of_them(seed):
     """An unlisted law is weighed against both: against the better one alone it was 1 in 9, and in 6."""
