@@ -90,7 +90,7 @@ def _balance(rig: Rig, run: MeasuredRun) -> Array | None:
     clock = rig.value("clock.T") - rig.value("clock.v")
     tension = (np.interp(t + clock, run.stamps("T")[seen["T"]], run.readings("T")[seen["T"]])
                - rig.value("cell.zero")) / rig.value("cell.gain")  # fmt: skip
-    thrust = rig.value("thrust.gain") * _thrust(run.run, t)
+    thrust = rig.value("thrust.gain") * (1 - rig.value("thrust.fading") * _since(run.run, t)) * _thrust(run.run, t)
     balance = rig.m * rig.value("mass.factor") * slope - np.convolve(thrust - tension, kernel, mode="same")
     position = (
         np.interp(t, run.stamps("x")[seen["x"]], run.readings("x")[seen["x"]]) if "x" in seen else np.cumsum(v) * step
@@ -111,6 +111,11 @@ def _thrust(run: Run, t: Array) -> Array:
     at = np.searchsorted(edges, t, side="right") - 1
     found: Array = np.where(at >= 0, forces[at] + slopes[at] * (t - edges[at]), 0.0)
     return found
+
+
+def _since(run: Run, t: Array) -> Array:
+    """Time since the first edge of the thrust / s."""
+    return np.zeros_like(t) if run.force is None else np.maximum(t - run.force.t[0], 0.0)
 
 
 def _bins(by: Array, force: Array, u: Array) -> tuple[Array, Array, Array, float]:

@@ -33,7 +33,7 @@ APPENDAGE, APPENDAGE_RATE, APPENDAGE_DAMPING = (INDEX[f"appendage.{name}"] for n
     "mass", "frequency", "damping"))
 ZENER, ZENER_TIME, HYSTERESIS, YIELD, SAG = (INDEX[name] for name in (
     "zener.stiffness", "zener.time", "hysteresis.stiffness", "hysteresis.yield", "sag.weight"))
-GAIN, LAG, DELAY = (INDEX[f"thrust.{name}"] for name in ("gain", "lag", "delay"))
+GAIN, LAG, DELAY, FADING = (INDEX[f"thrust.{name}"] for name in ("gain", "lag", "delay", "fading"))
 CLOCK_X, CLOCK_V, CLOCK_T = (INDEX[f"clock.{channel}"] for channel in "xvT")
 START_X, START_V = INDEX["start.x"], INDEX["start.v"]
 # Positions in the state. X is measured from where the line is taut. What a rig lacks points at NOTHING, which is 0.
@@ -1185,12 +1185,14 @@ def note(code, r, p):
 def thrust_at(t, piece, part, edges, forces, slopes, added, p):
     """Force F on the module and its growth: G·F_cmd(t − t_d), and the added one, which the thrusters leave as it is.
 
+    A thrust that fades falls in proportion to the time since its first edge, by what it is at the edge of each piece.
     A lagging thruster follows F_cmd by F′_l = (F_cmd − F_l)/τ; then F_l + F_a follows F_cmd + F_a + τ·F_a′.
     """
     F, slope = 0.0, 0.0
     if piece >= 0:
-        slope = p[GAIN] * slopes[piece]
-        F = p[GAIN] * forces[piece] + slope * (t - p[DELAY] - edges[piece])
+        left = 1.0 - p[FADING] * (edges[piece] - edges[0])
+        slope = p[GAIN] * (left * slopes[piece] - p[FADING] * forces[piece])
+        F = p[GAIN] * left * forces[piece] + slope * (t - p[DELAY] - edges[piece])
     if part >= 0:
         F += added[1, part] + added[2, part] * (t - added[0, part] + p[LAG])
         slope += added[2, part]

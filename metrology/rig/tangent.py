@@ -19,7 +19,7 @@ from __future__ import annotations
 import numpy as np
 
 from metrology.rig.kernel import (  # isort: skip - in the kernel's own order
-    M, K, TAUT, LAG, DELAY, SLIP, CLOCK_X, CLOCK_V, CLOCK_T, START_X, START_V, LENGTH, SAG, STATIC_RATIO, GAIN,
+    M, K, TAUT, LAG, DELAY, SLIP, CLOCK_X, CLOCK_V, CLOCK_T, START_X, START_V, LENGTH, SAG, STATIC_RATIO, GAIN, FADING,
     X, V, SIZE,
     BELOW, STRETCHED, CONTACT,
     FRAME_U, FRAME_V, YAW_U, YAW_V, APPENDAGE_U, APPENDAGE_V, RELAXED, LOOP, THRUST,
@@ -63,7 +63,7 @@ def extent(legs, p, at, n):
 
 def is_inert(i):
     """Whether a parameter acts through the start, the thrust and the events alone."""
-    return i in (TAUT, START_X, START_V, GAIN, DELAY, STATIC_RATIO, SLIP)
+    return i in (TAUT, START_X, START_V, GAIN, DELAY, FADING, STATIC_RATIO, SLIP)
 
 
 def plan_steps(typical, F, r, p, kind, at, which, small, low, plan, d0, d1):

@@ -126,6 +126,15 @@ def test_planted_damper_of_one_direction_is_named(quantity: str, tmp_path: Path)
 
 
 @pytest.mark.long
+def test_planted_thrust_that_falls_is_named(tmp_path: Path):
+    """Without it c was up to 16 standard uncertainties off, and the verdict *unexplained*."""
+    found, c, true = result("unlisted", "fading", tmp_path, "response", 20261127, "c")
+    assert found.named == ("thrust fading",)
+    assert abs(c.value - true) < 2.5 * c.u
+    assert c.u < 0.005 * c.value
+
+
+@pytest.mark.long
 def test_planted_hose_is_named(tmp_path: Path):
     """A quadratic drag, a Zener relaxation, a friction and an appendage stood in its place, with k 3 % wide."""
     found, k, true = result("unlisted", "hose", tmp_path, "response", 20261126)

@@ -19,7 +19,8 @@ NULLS = {
     "frame.frequency": 1190, "frame.damping": 0.02, "cubic.stiffness": 0, "toe.extent": 0, "toe.ratio": 0.5,
     "zener.stiffness": 0,
     "zener.time": 1, "damping.amplitude": 0, "hysteresis.stiffness": 0, "hysteresis.yield": 1e-3, "sag.weight": 0,
-    "thrust.gain": 1, "thrust.lag": 0, "thrust.delay": 0, "slip.set": 0, "yaw.arm": 0, "yaw.inertia": 1,
+    "thrust.gain": 1, "thrust.lag": 0, "thrust.delay": 0, "thrust.fading": 0,
+    "slip.set": 0, "yaw.arm": 0, "yaw.inertia": 1,
     "yaw.frequency": 0.5, "yaw.damping": 0.02, "cell.gain": 1, "cell.zero": 0, "cell.drift": 0, "motion.scale": 1,
     "clock.x": 0, "clock.v": 0, "clock.T": 0, "hum.x": 0, "hum.v": 0, "hum.T": 0, "hum.frequency": 50, "hum.phase": 0,
     "start.x": 0, "start.v": 0, "even.stiffness": 0, "line_damping.quadratic": 0, "asymmetric_damping.outward": 0,
@@ -125,6 +126,7 @@ class Reference:
         return part * w**2 * apart + 2 * self.e["appendage.damping"] * part * w * rate
 
     def rhs(self, t, y, contact, slide, thrust):
+        thrust *= 1 - self.e["thrust.fading"] * (t - self.begun)
         e, out = self.e, np.zeros(11)
         if slide != 0:
             held = (slide + e["friction.bias"]) * e["friction.force"]
@@ -226,6 +228,7 @@ class Reference:
         y = np.zeros(11)
         y[0], y[1] = x0 + e["start.x"], v0 + e["start.v"]
         self.x0, y[10] = y[0], y[1]  # the appendage at rest on the module
+        self.begun = edges[0][0] + e["thrust.delay"] if edges else 0.0
         edges = [(at + e["thrust.delay"], e["thrust.gain"] * force) for at, force in edges]
         thrust = next((f for at, f in reversed(edges) if at <= now), 0.0)
         slipped, moved = False, 0.0
