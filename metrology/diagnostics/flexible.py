@@ -12,14 +12,16 @@ import numpy as np
 
 from metrology.coordinate import QUANTITIES
 from metrology.diagnosis import Missing
+from metrology.diagnostics.force import thrust
 from metrology.diagnostics.laws import Powers, hats
 from metrology.diagnostics.likelihood import orthonormal, spread_out
-from metrology.diagnostics.subject import STRAIGHT, Array, Direction, Fit, Marks
+from metrology.diagnostics.subject import STRAIGHT, Array, Direction, Fit
+from metrology.errors import MetrologyError
 from metrology.estimation import MeasuredRun
 from metrology.estimation.problem import Segment
 from metrology.estimation.response import motion
 from metrology.message import said
-from metrology.rig import UNREAD, Force, Rig, Run
+from metrology.rig import UNREAD, Rig, Run, pushed
 
 KNOTS = {"x": 7, "v": 7, "t": 12, "e": 9, "r": 9}
 """Hats of which a smooth force is made, by what it depends on; a pull of the line, of as many cubic splines."""
@@ -61,13 +63,11 @@ Shape = Callable[[Array], Array]
 class Path:
     """Where one run goes by the model: short steps of force, and what it may depend on at places within each.
 
-    `edges`, `gain`: when the thrusters get each step, and what they make of a force. `read`: what a pull
-    of the line depends on at each reading of tension; `cell`: what the cell makes of a newton. NaN where the line is
-    slack.
+    `edges`: when each step begins. `read`: what a pull of the line depends on at each reading of tension; `cell`: what
+    the cell makes of a newton. NaN where the line is slack.
     """
 
     edges: Array
-    gain: float
     by: Mapping[str, Array]
     readings: Array
     read: Mapping[str, Array]
@@ -135,9 +135,8 @@ def _path(rig: Rig, measured: MeasuredRun, values: dict[str, float]) -> Path | N
     read = _followed(rig, run, {**values, **unread}, stamps) if len(stamps) else {}
     if read is None:
         return None
-    changes, gain = edges - here.value("thrust.delay"), here.value("thrust.gain") or 1.0
     readings = np.concatenate([getattr(whole, name) for name in measured.channels])
-    return Path(changes, gain, {**moved, "t": places - run.t0}, readings, read, here.value("cell.gain") or 1.0)
+    return Path(edges, {**moved, "t": places - run.t0}, readings, read, here.value("cell.gain") or 1.0)
 
 
 def _followed(rig: Rig, run: Run, values: dict[str, float], t: Array) -> dict[str, Array] | None:
@@ -230,28 +229,50 @@ def _columns(
     factors: Sequence[Array | float],
 ) -> tuple[Array, ...] | None:
     """What a small force of each shape does to the residuals of every run; none where there is no line to pull."""
-    rig, runs, values, fit = model
-    amount, way = _amount(rig, runs), -1.0 if name in LINE else 1.0
+    way = -1.0 if name in LINE else 1.0
 
-    def column(shape: Shape) -> list[Array] | None:
-        found = []
-        for number, (run, own, path) in enumerate(zip(runs, values, paths, strict=True)):
-            force = _where(shape, path.by[name]) * factors[number]
-            row = _pushed(rig, run, own, (path, way * amount * force.reshape(-1, WITHIN).mean(axis=1)))
-            if row is None:
-                return None
-            cell = _cell(fit, number) if name in LINE else None
-            if cell is not None:
-                row[cell.first : cell.last] += path.cell * amount * _where(shape, path.read[name])
-            found.append(-row * run.weights * fit.used[number])
-        return found
+    def pulled(number: int, path: Path) -> Array:
+        return np.column_stack([_where(shape, path.by[name]) * way * factors[number] for shape in shapes])
+
+    rows = _pushed(model, paths, [pulled(number, path) for number, path in enumerate(paths)])
+    if rows is None or name not in LINE:
+        return rows
+    rig, runs, _, fit = model
+    for number, (row, run, path) in enumerate(zip(rows, runs, paths, strict=True)):
+        cell = _cell(fit, number)
+        if cell is not None:
+            seen = np.column_stack([_where(shape, path.read[name]) for shape in shapes])
+            own = slice(cell.first, cell.last)
+            marks = (run.weights * fit.used[number])[own, None]
+            row[own] -= path.cell * _amount(rig, runs) * seen * marks
+    return rows
+
+
+def _pushed(
+    model: tuple[Rig, Sequence[MeasuredRun], Sequence[dict[str, float]], Fit],
+    paths: Sequence[Path],
+    forces: Sequence[Array],
+) -> tuple[Array, ...] | None:
+    """What small forces, of unit size at the places of the paths, do to the residuals of every run, shape (n, q)."""
+    rig, runs, values, fit = model
+    amount = _amount(rig, runs)
+
+    def block(number: int) -> Array | None:
+        run, path = runs[number], paths[number]
+        steps = amount * forces[number].reshape(len(path.edges), WITHIN, -1).mean(axis=1)
+        try:
+            found = pushed(rig.with_values(values[number]), run.run, path.edges, steps)
+        except MetrologyError:
+            return None
+        if not found.valid:
+            return None
+        rows = np.concatenate([getattr(found, channel) for channel in run.channels])
+        return np.asarray(-rows * (run.weights * fit.used[number])[:, None])
 
     with ThreadPoolExecutor(WORKERS) as pool:
-        made = list(pool.map(column, shapes))
-    columns = [one for one in made if one is not None]
-    if len(columns) < len(made):
-        return None
-    return tuple(np.column_stack([column[number] for column in columns]) for number in range(len(runs)))
+        made = list(pool.map(block, range(len(runs))))
+    rows = [one for one in made if one is not None]
+    return tuple(rows) if len(rows) == len(made) else None
 
 
 def _where(shape: Shape, by: Array) -> Array:
@@ -268,7 +289,7 @@ def _of_thrust(
     runs = model[1]
     if any(run.run.force is None for run in runs):
         return None
-    factors = [_thrust(run.run, path.by["t"] + run.run.t0) for run, path in zip(runs, paths, strict=True)]
+    factors = [thrust(run.run, path.by["t"] + run.run.t0) for run, path in zip(runs, paths, strict=True)]
     most = max(float(np.abs(one).max()) for one in factors)
     if not most > 0.0:
         return None
@@ -277,35 +298,14 @@ def _of_thrust(
     return None if found is None else replace(found, effect=f"{found.effect} {THRUST}", listed=(0,))
 
 
-def _thrust(run: Run, t: Array) -> Array:
-    force = run.force
-    assert force is not None
-    return np.interp(t, force.t, force.values) if force.kind == "linear" else _at(force.t, force.values, t)
-
-
 def _by_run(
     model: tuple[Rig, Sequence[MeasuredRun], Sequence[dict[str, float]], Fit], paths: Sequence[Path]
 ) -> Direction | None:
     """Force of the time of each run by itself: of what moves along with the module, or of what changes its thrust."""
-    rig, runs, values, fit = model
-    amount = _amount(rig, runs)
+    rig, runs, _, _ = model
     places = [np.linspace(0.0, float(np.max(path.by["t"])), IN_RUN) for path in paths]
-
-    def block(number: int) -> Array | None:
-        run, path = runs[number], paths[number]
-        found = []
-        for at in range(IN_RUN):
-            steps = _hat(places[number], at)(path.by["t"]).reshape(-1, WITHIN).mean(axis=1)
-            row = _pushed(rig, run, values[number], (path, amount * steps))
-            if row is None:
-                return None
-            found.append(-row * run.weights * fit.used[number])
-        return np.column_stack(found)
-
-    with ThreadPoolExecutor(WORKERS) as pool:
-        made = list(pool.map(block, range(len(runs))))
-    own = [one for one in made if one is not None]
-    if len(own) < len(made):
+    own = _pushed(model, paths, [hats(path.by["t"], knots) for path, knots in zip(paths, places, strict=True)])
+    if own is None:
         return None
     names = {f"t {number}@{at}": float(t) for number, knots in enumerate(places) for at, t in enumerate(knots)}
     rows = tuple(np.zeros((len(part), len(names))) for part in own)
@@ -313,7 +313,7 @@ def _by_run(
         rows[number][:, number * IN_RUN : (number + 1) * IN_RUN] = part
     words = QUANTITIES[rig.coordinate]
     effect = f"{words['F'].word} of {words['t'].word} {ALONE}"
-    return Direction(effect, names, amount, rows, ways=tuple(names), listed=STRAIGHT)
+    return Direction(effect, names, _amount(rig, runs), rows, ways=tuple(names), listed=STRAIGHT)
 
 
 def _cell(fit: Fit, at: int) -> Segment | None:
@@ -326,40 +326,6 @@ def _amount(rig: Rig, runs: Sequence[MeasuredRun]) -> float:
     longest = max(run.run.end - run.run.t0 for run in runs)
     noise = min((run.noise["x"] for run in runs if "x" in run.channels), default=1e-4)
     return 0.2 * rig.m * noise / longest
-
-
-def _pushed(rig: Rig, measured: MeasuredRun, values: dict[str, float], push: tuple[Path, Array]) -> Array | None:
-    path, force = push
-    # Half the difference of two motions with the same edges, and so the same steps: what these leave out cancels.
-    run, acting, readings = measured.run, np.abs(force) > 0, []
-    for steps in (force / path.gain, -force / path.gain):
-        moved = motion(rig, replace(run, force=_with(run, path.edges, steps, acting)), values)
-        if moved is None:
-            return None
-        readings.append(np.concatenate([getattr(moved, name) for name in measured.channels]))
-    return np.asarray(0.5 * (readings[0] - readings[1]))
-
-
-def _with(run: Run, edges: Array, force: Array, acting: Marks) -> Force:
-    """Thrust of a run and a force in steps, with an edge wherever a step begins or ends that is `acting`."""
-    change = np.flatnonzero(acting | np.concatenate([[False], acting[:-1]]))
-    t, steps = edges[change], force[change]
-    if acting[-1]:
-        t, steps = np.append(t, run.end + 1.0), np.append(steps, 0.0)
-    if run.force is None:
-        return Force(t if t.size else np.array([run.t0]), steps if t.size else np.array([0.0]))
-    both = np.union1d(t, run.force.t)
-    own = _at(run.force.t, run.force.values, both)
-    if run.force.kind == "linear":
-        own = np.interp(both, run.force.t, run.force.values)
-        return Force(both, own + _at(t, steps, both), "linear")
-    return Force(both, own + _at(t, steps, both))
-
-
-def _at(t: Array, values: Array, when: Array) -> Array:
-    place = np.searchsorted(t, when, side="right") - 1
-    found: Array = np.where(place >= 0, values[np.maximum(place, 0)], 0.0) if t.size else np.zeros(len(when))
-    return found
 
 
 def _curve(runs: Sequence[MeasuredRun], fit: Fit, paths: Sequence[Path], *, word: str) -> Direction | None:

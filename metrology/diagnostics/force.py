@@ -90,8 +90,8 @@ def _balance(rig: Rig, run: MeasuredRun) -> Array | None:
     clock = rig.value("clock.T") - rig.value("clock.v")
     tension = (np.interp(t + clock, run.stamps("T")[seen["T"]], run.readings("T")[seen["T"]])
                - rig.value("cell.zero")) / rig.value("cell.gain")  # fmt: skip
-    thrust = rig.value("thrust.gain") * (1 - rig.value("thrust.fading") * _since(run.run, t)) * _thrust(run.run, t)
-    balance = rig.m * rig.value("mass.factor") * slope - np.convolve(thrust - tension, kernel, mode="same")
+    push = rig.value("thrust.gain") * (1 - rig.value("thrust.fading") * _since(run.run, t)) * thrust(run.run, t)
+    balance = rig.m * rig.value("mass.factor") * slope - np.convolve(push - tension, kernel, mode="same")
     position = (
         np.interp(t, run.stamps("x")[seen["x"]], run.readings("x")[seen["x"]]) if "x" in seen else np.cumsum(v) * step
     )
@@ -104,7 +104,8 @@ def _balance(rig: Rig, run: MeasuredRun) -> Array | None:
     return np.column_stack([balance[chosen], u, v[chosen], position[chosen], tension[chosen], t[chosen]])
 
 
-def _thrust(run: Run, t: Array) -> Array:
+def thrust(run: Run, t: Array) -> Array:
+    """Thrust of a run as commanded, at some times / s."""
     if run.force is None:
         return np.zeros_like(t)
     edges, forces, slopes = run.force.pieces

@@ -10,7 +10,7 @@ from metrology.rig.motion import CHANNELS, Event, Motion
 from metrology.rig.own import Own
 from metrology.rig.parameters import EFFECTS, NAMES, PARAMETERS, UNREAD
 from metrology.rig.run import Force, Run
-from metrology.rig.sensitivity import Sensitivities, sensitivities
+from metrology.rig.sensitivity import Sensitivities, pushed, sensitivities
 from metrology.rig.simulate import Motions, simulate, simulate_many
 
 __all__ = [
@@ -29,6 +29,7 @@ __all__ = [
     "Rig",
     "Run",
     "Sensitivities",
+    "pushed",
     "sensitivities",
     "simulate",
     "simulate_many",

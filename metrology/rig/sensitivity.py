@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import lru_cache
 
@@ -14,13 +14,16 @@ from metrology.rig.model import Rig
 from metrology.rig.motion import CHANNELS
 from metrology.rig.packing import effective, outcome, pack, tableau
 from metrology.rig.parameters import EFFECTS, INDEX
-from metrology.rig.run import Array, Run, frozen
-from metrology.rig.simulate import march_rows, require_known, simulate_many
+from metrology.rig.run import Array, Force, Run, frozen
+from metrology.rig.simulate import march_rows, require_known, simulate, simulate_many
 
 NODES = 8
 """Nodes of the collocation: over the longest step, 2 rad of the line, it errs by less than 1e-7."""
 ROUNDED = 14
 """Decimal places of the nodes: LAPACK finds them to 15, its last digit by the processor."""
+NO_PUSHES = frozen(np.empty((0, 0)))
+RAMP = 1e-6
+"""Part of a step of force in which it changes to the next, where motions are compared."""
 BARELY = 1e-200
 """In place of a size at its null: every event that it makes is there, and nothing else changes."""
 _SIZES = {one.name for effect in EFFECTS for one in effect.parameters[: effect.sizes] if one.null == 0.0}
@@ -97,6 +100,40 @@ def sensitivities(rig: Rig, run: Run, names: Sequence[str], *, engine: str = "au
     return follow(rig.without_own(), run, tuple(names), programs)
 
 
+def pushed(rig: Rig, run: Run, edges: Array, forces: Array, *, engine: str = "auto") -> Sensitivities:
+    """What small forces on the module change in every channel, to first order and exact through contacts.
+
+    Where there is no compiler, and for effects of the laboratory's own, half the difference of two motions takes its
+    place: the forces have to be so small that the motion is straight in them.
+
+    Parameters
+    ----------
+    rig, run : Rig, Run
+        As for `simulate`.
+    edges : ndarray, shape (n,)
+        Times / s, increasing, from which on each force lasts to the next; the last to the end of the run.
+    forces : ndarray, shape (n, q)
+        Forces / N, each column one.
+    engine : {'auto', 'compiled', 'interpreted'}
+        As for `sensitivities`.
+
+    Returns
+    -------
+    Sensitivities
+        Without names; changes of shape (samples, q) in the unit of each channel.
+    """
+    known = run.added
+    times = np.union1d(edges, [run.t0, run.end] if known is None else known.t)
+    still = np.zeros(len(times)) if known is None else np.interp(times, known.t, known.values)
+    lasting = np.searchsorted(edges, times, side="right") - 1
+    steps = np.where(lasting[:, None] >= 0, forces[np.maximum(lasting, 0)], 0.0)
+    programs = _programs(engine)
+    if programs is None or any(entry.acts(rig.effects) for entry in rig.own):
+        return _apart(rig, run, times, still, steps, engine)
+    stepped = replace(run, added=Force(times, still, "linear"))
+    return follow(rig.without_own(), stepped, (), programs, np.ascontiguousarray(steps))
+
+
 March = Callable[..., None]
 
 
@@ -110,8 +147,13 @@ def _programs(engine: str) -> tuple[March, March] | None:
     return None if march is None or trace is None else (march, trace)
 
 
-def follow(rig: Rig, run: Run, names: tuple[str, ...], programs: tuple[March, March]) -> Sensitivities:
-    """Derivatives by a march along the events and a trace along its legs, both of them compiled or plain Python."""
+def follow(
+    rig: Rig, run: Run, names: tuple[str, ...], programs: tuple[March, March], pushes: Array = NO_PUSHES
+) -> Sensitivities:
+    """Derivatives by a march along the events and a trace along its legs, both of them compiled or plain Python.
+
+    After the columns of the names those by `pushes`, small forces from each edge of the run's added force on.
+    """
     plan = [_moved_by(rig, name) for name in names]
     values = np.array(rig.vector(), ndmin=2)
     for name in names:
@@ -125,16 +167,19 @@ def follow(rig: Rig, run: Run, names: tuple[str, ...], programs: tuple[March, Ma
     status, _, reached, _ = states[0].tolist()
     message = outcome(int(status), reached)
     true = [channel[0] for channel in outs]
-    found = tuple(np.zeros((len(names) + 1, channel.size)) for channel in true)
-    which = [one for one in dict.fromkeys(at for at, _ in plan) if one is not None]
+    own = {tangent.STAMPS - 1 - at: len(names) + at for at in range(pushes.shape[1])}
+    found = tuple(np.zeros((len(names) + len(own) + 1, channel.size)) for channel in true)
+    which = [*(one for one in dict.fromkeys(at for at, _ in plan) if one is not None), *own]
     if which and not message:
-        first = {at: [one for one, _ in plan].index(at) if at != tangent.STAMPS else len(names) for at in which}
+        rows = {at: [one for one, _ in plan].index(at) for at in which if at >= 0}
+        first = {**rows, **own, tangent.STAMPS: len(names) + len(own)}
         parameters = [rig.parameters[list(INDEX)[max(at, 0)]] for at in which]
         programs[1](
             legs, effective(values, packed.sags)[0], np.array(which),
             np.array([1e-3 * one.scale for one in parameters]), np.array([one.low for one in parameters]),
             packed.kind, packed.at, packed.pair, _rule(), packed.start, packed.edges, packed.forces, packed.slopes,
-            packed.added, packed.grids, packed.spans, packed.spacings, found, np.array([first[at] for at in which]),
+            packed.added, pushes, packed.grids, packed.spans, packed.spacings, found,
+            np.array([first[at] for at in which]),
         )  # fmt: skip
         _spread(names, plan, first, found)
     if message:
@@ -221,6 +266,24 @@ def _rule() -> tuple[Array, Array, Array]:
 
 
 # ---- effects of the laboratory's own --------------------------------------------------------------------------------
+def _apart(rig: Rig, run: Run, times: Array, still: Array, steps: Array, engine: str) -> Sensitivities:
+    """Half the difference of the motions with each force and with its opposite; a step is a steep ramp."""
+    ends = times[1:] - RAMP * np.diff(times)
+    edges = np.sort(np.concatenate([times, ends]))
+    from_, known = np.searchsorted(times, edges, side="right") - 1, np.interp(edges, times, still)
+    pairs = []
+    for column in steps.T:
+        both = (Force(edges, known + sign * column[from_], "linear") for sign in (1, -1))
+        pairs.append([simulate(rig, replace(run, added=one), engine=engine) for one in both])
+    x, v, T = (
+        None if getattr(pairs[0][0], name) is None
+        else np.column_stack([0.5 * (getattr(one, name) - getattr(other, name)) for one, other in pairs])
+        for name in CHANNELS
+    )  # fmt: skip
+    failed = [one.message for pair in pairs for one in pair if one.status != "ok"]
+    return Sensitivities((), x, v, T, not failed, next(iter(failed), ""))
+
+
 def _differences(rig: Rig, run: Run, names: Sequence[str], engine: str) -> Sensitivities:
     """Central differences of second order, one-sided at the edge of a parameter's range."""
     centre = np.array([rig.value(name) for name in names])

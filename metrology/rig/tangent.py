@@ -157,11 +157,14 @@ def faint_pull(y, F, r, p, kind, at, dy):
     return T, pulled
 
 
-def add_thrust(Z, t, piece, part, which, plan, edges, forces, slopes, added, p, n, slope):
+def add_thrust(Z, t, piece, part, which, plan, edges, forces, slopes, added, pushes, p, n, slope):
     """Enter the derivatives of the thrust and of its growth, which a leg begins with."""
     F0, s0 = thrust_at(t, piece, part, edges, forces, slopes, added, p)
     for j in range(which.shape[0]):
         i = which[j]
+        if i < STAMPS:
+            Z[n, j], Z[n + 1, j] = pushes[part, STAMPS - 1 - i] if part >= 0 else 0.0, 0.0
+            continue
         if i < 0:
             Z[n, j], Z[n + 1, j] = -slope, 0.0
             continue
@@ -173,6 +176,16 @@ def add_thrust(Z, t, piece, part, which, plan, edges, forces, slopes, added, p, 
         p[i] = held
         Z[n, j] = plan[j, 2] * F1 + plan[j, 3] * F2 + plan[j, 4] * F0
         Z[n + 1, j] = plan[j, 2] * s1 + plan[j, 3] * s2 + plan[j, 4] * s0
+
+
+def add_steps(Z, before, part, which, pushes, p, at):
+    """Enter the steps of small forces into the state of a lagging thruster, which they do not pass through."""
+    if p[LAG] <= 0.0 or pushes.shape[0] == 0:
+        return
+    for j in range(which.shape[0]):
+        if which[j] < STAMPS:
+            q = STAMPS - 1 - which[j]
+            Z[at[THRUST], j] += (pushes[part, q] if part >= 0 else 0.0) - (pushes[before, q] if before >= 0 else 0.0)
 
 
 # ---- where a run begins, and its events -----------------------------------------------------------------------------
@@ -693,11 +706,12 @@ def lead_in_all(Z, by_T, which, v0, start, grids, shifts, firsts, outs, place):
         firsts[c] = i
 
 
-def trace(legs, p, which, small, low, kind, at, pair, rule, start, edges, forces, slopes, added, grids, spans, spacings,
-          outs, place):  # fmt: skip
+def trace(legs, p, which, small, low, kind, at, pair, rule, start, edges, forces, slopes, added, pushes, grids, spans,
+          spacings, outs, place):  # fmt: skip
     """Write the derivatives of a run whose legs `kernel.march_many` has left.
 
-    `which` (P,): positions in `p`, `STAMPS` for a shift of the stamps; `small`, `low` (P,): first steps of the
+    `which` (P,): positions in `p`, `STAMPS` for a shift of the stamps, less than that for the columns of `pushes`
+    (edges, columns), small forces on the module from each edge of `added` on; `small`, `low` (P,): first steps of the
     differences and the least values that the equation allows; `rule`: nodes, integrals and weights of the collocation;
     `outs`: three channels' derivatives (rows, samples), those by parameter j in row `place[j]`. The rest as for
     `kernel.march_many`.
@@ -741,7 +755,8 @@ def trace(legs, p, which, small, low, kind, at, pair, rule, start, edges, forces
         piece, part = int(legs[leg, PIECE]), int(legs[leg, PART])
         if leg == 0:
             begin_all(Z, F, r, follows, p, kind, at, start, which, plan, d0, d1, d2)
-        add_thrust(Z, t, piece, part, which, plan, edges, forces, slopes, added, p, n, slope)
+            add_steps(Z, -1, part, which, pushes, p, at)
+        add_thrust(Z, t, piece, part, which, plan, edges, forces, slopes, added, pushes, p, n, slope)
         motion(y, F, r, p, kind, at, d0)
         for j in range(many):
             if which[j] == STAMPS:
@@ -809,3 +824,4 @@ def trace(legs, p, which, small, low, kind, at, pair, rule, start, edges, forces
                 Z[i, j] += (d0[i] - d1[i]) * shift[j]
             if which[j] == SLIP and follows[SLIPPED] != r[SLIPPED]:
                 Z[X, j] -= 1.0
+        add_steps(Z, part, int(legs[leg, PART]), which, pushes, p, at)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from metrology.errors import MetrologyError
-from metrology.rig import EFFECTS, PARAMETERS, Effect, Force, Rig, Run, sensitivities, simulate
+from metrology.rig import EFFECTS, PARAMETERS, Effect, Force, Rig, Run, pushed, sensitivities, simulate
 from metrology.rig.sensitivity import _rule
 
 T10 = np.arange(1001) / 100.0
@@ -252,3 +253,21 @@ def test_reference_nodes_of_the_collocation_have_the_same_bits_everywhere() -> N
     found, integrals, _ = _rule()
     assert found.tolist() == np.round(nodes, 14).tolist()
     np.testing.assert_allclose(integrals @ found**6, found**7 / 7, rtol=0, atol=1e-15)
+
+
+@pytest.mark.parametrize("values", [{}, {"friction.force": 0.02}, {"zener.stiffness": 40.0, "zener.time": 0.5},
+                                    {"thrust.lag": 0.05}, {"sag.weight": 0.016}, {"cell.gain": 1.02}])  # fmt: skip
+@pytest.mark.parametrize("added", [None, Force(np.array([0.0, 2.0, 6.0]), np.array([0.0, 0.1, 0.05]), "linear")])
+def test_twice_small_forces_change_the_channels_as_motions_with_them_do(
+    values: dict[str, float], added: Force | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rig, run = Rig(25.0, 167.64, 8.0, 1.5, length=3.0, effects=values), replace(RUN, added=added)
+    edges = np.linspace(0.3, 5.5, 60)
+    forces = 1e-6 * np.column_stack([np.sin(edges), edges < 2.0, np.ones(60)])
+    found = pushed(rig, run, edges, forces)
+    assert found.valid
+    monkeypatch.setattr("metrology.rig.sensitivity._programs", lambda _engine: None)
+    apart = pushed(rig, run, edges, forces)
+    for name in "xvT":
+        true = getattr(apart, name)
+        assert np.abs(getattr(found, name) - true).max() < 1e-6 * np.abs(true).max(), name
