@@ -1,7 +1,8 @@
 """The equation of motion of module, line and set-up, with every effect that it can carry, and its exact integration.
 
 Knows numbers, not uncertainties. `Rig` and `Run` say what is simulated, `simulate` gives the `Motion`,
-`simulate_many` serves bands, `sensitivities` fits and `pushed` unlisted forces; `PARAMETERS` and `EFFECTS` name every number.
+`simulate_many` serves bands, `sensitivities` fits and `pushed` unlisted forces; `PARAMETERS` and `EFFECTS` name every
+number.
 """
 
 from metrology.effect import Effect, Parameter
