@@ -30,7 +30,8 @@ ROLES: dict[str, tuple[str, ...]] = {
                      "deflection", "pos",
                      "standardweg", "traversenweg", "traverse", "verschiebung", "auslenkung", "verlängerung", "laser",
                      "x", "verformung", "feindehnung", "extensometer", "längenänderung", "lvdt",
-                     "déplacement", "allongement", "spostamento", "desplazamiento", "axial displacement"),
+                     "déplacement", "allongement", "course", "corsa", "carrera", "spostamento",
+                     "desplazamiento", "axial displacement"),
 }  # fmt: skip
 """What a column holds → its headings, in lower case; the first that fits is taken."""
 DIMENSIONS = {"time": "s", "mass": "kg", "reading": "m", "force": "N", "displacement": "m", "velocity": "m/s",
@@ -38,6 +39,7 @@ DIMENSIONS = {"time": "s", "mass": "kg", "reading": "m", "force": "N", "displace
 """Unit of the dimension that a column of a role has where it has a unit."""
 _COMPOUNDED = ("kraft", "weg", "zeit", "dehnung", "winkel", "verschiebung", "geschwindigkeit", "beschleunigung")
 _ON_SPECIMEN = ("extensometer", "dehnung", "aufnehmer", "längenänderung", "verformung", "clip", "video", "lvdt")
+_ON_MACHINE = ("crosshead", "travers", "machine", "actuator", "stroke", "kolben", "vérin", "travesaño", "pistone")
 LOADING = (
     "loading",
     "load",
@@ -130,6 +132,11 @@ PLAIN_UNITS = ("mm", "cm", "um", "µm", "nm", "N", "kN", "mN", "kg", "mg", "s", 
 def reads_specimen(name: str) -> bool:
     """Whether a displacement by this heading is that of an extensometer on the specimen, not of the crosshead."""
     return any(word in plain(name) for word in _ON_SPECIMEN)
+
+
+def reads_machine(name: str) -> bool:
+    """Whether a displacement by this heading is that of the crosshead, or of a piston."""
+    return any(word in plain(name) for word in _ON_MACHINE)
 
 
 def _dimension(unit: str) -> units.Dimension | None:
