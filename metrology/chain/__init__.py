@@ -13,7 +13,7 @@ from metrology import __version__, units
 from metrology.chain import across, attained, derived, diagnosis, fits, items, judgement, knowledge, methods
 from metrology.chain.exact import sentences, taken_as_exact
 from metrology.chain.plan import Plan
-from metrology.chain.standing import Doubt, Standing, doubts, shifted, standing
+from metrology.chain.standing import UNDETERMINED, Doubt, Standing, doubts, shifted, standing
 from metrology.findings import SCHEMA, Correlation, Findings, Moments, Notice, Result
 from metrology.language.catalogue import stored
 from metrology.language.display import scale
@@ -169,6 +169,7 @@ def _findings(campaign: Campaign, plan: Plan, evaluation: Evaluation, *, coverag
             *campaign.notices,
             *plan.warnings,
             *_warnings(campaign, results),
+            *_undetermined(results, against),
             *judgement.priors(campaign, evaluation),
             *_empty(results, plan.failures),
             *sentences(exact, plan),
@@ -322,6 +323,12 @@ def _warnings(campaign: Campaign, results: tuple[Result, ...]) -> list[str]:
             text = "{name} has u = 0: the uncertainties that it depends on cancel, as they are one."
         found.append(said(text, name=result.name))
     return found
+
+
+def _undetermined(results: tuple[Result, ...], against: Mapping[str, Sequence[Doubt]]) -> tuple[str, ...]:
+    """Say of results that may be zero, which by their nature they cannot, that they do: also where none is judged."""
+    names = [one.name for one in results if one.headline]
+    return tuple(one.sentence for name in names for one in against.get(name, ()) if one.check == UNDETERMINED)
 
 
 def _without_moments(results: tuple[Result, ...], probability: float) -> list[str]:
