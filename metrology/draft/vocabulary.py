@@ -86,7 +86,7 @@ def role(name: str, unit: str) -> str:
     ('force', 'mass', 'load', 'displacement', '')
     """
     wanted = plain(name)
-    dimension = _dimension(unit)
+    dimension = dimension_of(unit)
     of_role = {one: units.dimension(due) for one, due in DIMENSIONS.items()}
     by_unit = next((one for one, due in of_role.items() if due == dimension), "")
     found = next((one for one, words in ROLES.items() if wanted in words), "")
@@ -122,7 +122,7 @@ def by_suffix(name: str) -> tuple[str, str]:
     if not held or not unit.isalpha():
         return name, ""
     due = {"angle": "rad", "strain": "1"}.get(held, DIMENSIONS.get(held, ""))
-    return stem, unit if due and _dimension(unit) == units.dimension(due) else ""
+    return stem, unit if due and dimension_of(unit) == units.dimension(due) else ""
 
 
 PLAIN_UNITS = ("mm", "cm", "um", "µm", "nm", "N", "kN", "mN", "kg", "mg", "s", "ms", "us")
@@ -139,7 +139,8 @@ def reads_machine(name: str) -> bool:
     return any(word in plain(name) for word in _ON_MACHINE)
 
 
-def _dimension(unit: str) -> units.Dimension | None:
+def dimension_of(unit: str) -> units.Dimension | None:
+    """Dimension of a unit; none where there is no unit, or none that is known."""
     try:
         return units.dimension(unit) if unit not in ("", "-", "1") else None
     except TextError:

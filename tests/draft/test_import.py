@@ -5,6 +5,7 @@ from __future__ import annotations
 import gzip
 import io
 import json
+import math
 import re
 from pathlib import Path
 
@@ -264,6 +265,14 @@ def test_limit_what_is_missing_is_asked_for_and_may_be_left_open(
     assert main(["import", str(tmp_path / "run.txt")]) == 0
     assert capsys.readouterr().out.count("to fill in: mass that swings") == left
     assert ("mass: 1.196(1) kg" in (tmp_path / "run.yaml").read_text(encoding="utf-8")) == (not left)
+
+
+def test_misuse_a_voltage_is_to_be_multiplied_by_the_sensitivity_of_its_sensor(tmp_path: Path) -> None:
+    rows = ["Time ( s )\tVoltage ( mV )", *(f"{i / 10:.1f}\t{13 * math.cos(i):.3f}" for i in range(90))]
+    (tmp_path / "v.txt").write_text("\n".join(rows) + "\n", encoding="utf-8")
+    with pytest.raises(MetrologyError) as caught:
+        draft([tmp_path / "v.txt"], {"mass": "1 kg"})
+    assert "Fix: multiply 'Voltage ( mV )' by the sensitivity of its sensor" in str(caught.value)
 
 
 @pytest.mark.parametrize(
