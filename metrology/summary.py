@@ -40,7 +40,9 @@ def print_summary(findings: Findings, folder: Path, notices: Iterable[tuple[str,
     console = Console(highlight=False)
     # Lines that go to a file or another program stay whole.
     console.soft_wrap = not console.is_terminal
-    console.print(_results(findings, console))
+    results = _results(findings, console)
+    # Headings above nothing say no more than the title.
+    console.print(results if results.row_count else results.title)
     _print_verdicts(findings, console)
     for sentence in _replaced(findings.results):
         console.print(f"[yellow]model[/] {shown(sentence)}")

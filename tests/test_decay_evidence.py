@@ -168,6 +168,8 @@ def test_law_notes_tell_how_the_result_came_about() -> None:
         " enters neither δ, ζ nor ω_n.",
     )
     more = "With 3 releases the scatter has 2 degree(s) of freedom: more would pay."
+    # Of a scale that nobody stated a figure of zero says nothing.
+    assert len(notes([release()], scale=Input("scale", 0.0))) == 2
     assert notes([release()] * 3, scale=None) == (once, mass, more)
     assert notes([release()] * 2, scale=None)[2] == more.replace("3", "2").replace("has 2", "has 1")
     assert notes([release()] * 4, scale=None) == (once, mass)

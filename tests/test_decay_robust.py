@@ -16,6 +16,8 @@ from metrology import decay
 from metrology.campaign.load import load
 from metrology.chain import evaluate as evaluated
 from metrology.decay import DecayTest
+from metrology.decay.envelope import _variance_near
+from metrology.decay.oscillation import Mode, fit
 from metrology.decay.outliers import masked
 from metrology.gum.inputs import Input
 from metrology.timeseries import Channel
@@ -236,3 +238,43 @@ def test_planted_pendulum_of_large_swings_as_an_angle():
     assert size.value == pytest.approx(1.0, rel=0.05)
     stiffness = next(one for one in found.shifts if one.name == "k")
     assert stiffness.after == pytest.approx(k, rel=3e-3)
+
+
+def returning(zeta, sigma, rng):
+    """A record of a body that returns at critical damping, or beyond it."""
+    t = np.arange(-50, 1000) / 500
+    fall, spread = zeta * OMEGA * t, OMEGA * sqrt(zeta**2 - 1) * t
+    both = 1 + OMEGA * t if zeta == 1 else np.cosh(spread) + zeta / sqrt(zeta**2 - 1) * np.sinh(spread)
+    x = np.where(t >= 0, 1e-3 * np.exp(-fall) * both, 1e-3)
+    return Channel("r", t, x + sigma * rng.standard_normal(t.size), "m")
+
+
+@pytest.mark.parametrize("sigma", [2e-6, 1e-5])
+@pytest.mark.parametrize("zeta", [1.0, 1.1, 1.3])
+def test_misuse_a_motion_that_returns_without_an_oscillation_is_refused_for_that_reason(zeta, sigma):
+    # The fit went for the noise: "sampled too slowly", or no fit at all where its frequency was beyond its samples.
+    for seed in range(3):
+        found = decay.analyse(
+            DecayTest("d", (returning(zeta, sigma, np.random.default_rng(seed)),), Input("d.mass", MASS), "d.k")
+        )
+        assert found.measurands == ()
+        assert "no oscillation" in found.finding.failures[0]
+
+
+@pytest.mark.parametrize("seed", [0, 2])
+def test_misuse_a_frequency_that_may_be_zero_gives_no_result(seed):
+    # k was several times as uncertain as large, or the check of the damping divided by zero.
+    rng = np.random.default_rng(seed)
+    t = np.arange(-50, 2000) / 500
+    x = np.full(t.size, 1e-3)
+    x[t >= 0] = swing(truth(0.98), t[t >= 0])
+    near = Channel("r", t, x + 1.2e-5 * noise(rng, t.size, 0.5), "m")
+    found = decay.analyse(DecayTest("d", (near,), Input("d.mass", MASS), "d.k"))
+    assert found.measurands == ()
+    assert "no oscillation" in found.finding.failures[0]
+
+
+def test_limit_noise_about_a_mode_is_found_in_a_record_shorter_than_its_period():
+    t = np.arange(60) / 60
+    shorter = fit(t, np.cos(3 * t), [Mode(3.0, 0.1)], lags=3, degree=0)
+    assert 0 < _variance_near(shorter, 60.0) < 1

@@ -58,3 +58,20 @@ def test_law_many_loads_without_an_uncertainty_are_one_entry_of_a_note(soft: Fin
     loads = [one for name, one in values.items() if name.startswith("pull.load ")]
     assert len(loads) > 4
     assert all(one.u < 0.5 * one.value for one in loads)
+
+
+def test_law_a_large_stiffness_is_shown_with_a_prefix(tmp_path) -> None:
+    rows = [f"{0.1 * i:.1f},{50.0 * i},{1e-6 * i + 1e-8 * ((7 * i) % 5 - 2):.8f}" for i in range(60)]
+    (tmp_path / "bar.csv").write_text("time / s,force / N,strain / 1\n" + "\n".join(rows) + "\n", encoding="utf-8")
+    (tmp_path / "campaign.yaml").write_text(
+        "format: metrology-campaign/1\nid: bar\ntitle: Stiffness of a bar\n"
+        "instruments: {cell: {kind: load cell, class: 0.5}, ext: {kind: extensometer, class: 0.5}}\n"
+        "samples: {bar: {length: 100.0(1) mm}}\ntests:\n  pull:\n    method: tension\n    sample: bar\n"
+        "    instruments: {force: cell, strain: ext}\n    specimens: {one: {readings: bar.csv}}\n",
+        encoding="utf-8",
+    )
+    found = chain.evaluate(load(tmp_path / "campaign.yaml"), coverage=False)
+    shown = {line.result.quantity: line.shown for line in document.main_results(found)}
+    assert shown["k"].unit == "MN/m"
+    assert float(shown["k"].value) == pytest.approx(500, rel=0.01)
+    assert next(one for one in found.results if one.name == "pull.k").value == pytest.approx(5e8, rel=0.01)

@@ -256,3 +256,20 @@ def test_law_a_modulus_whose_interval_holds_zero_after_a_diagnosis_is_not_determ
     )
     found = list(_undetermined(plan, "pull.E", SimpleNamespace(estimates={"pull.E": estimate})))
     assert [one.check for one in found] == ["value within its uncertainty"] * doubted
+
+
+def test_law_a_stiffness_within_its_uncertainty_is_reported_as_such_where_nothing_is_required_of_it(tmp_path):
+    (tmp_path / "campaign.yaml").write_text(
+        "format: metrology-campaign/1\nid: faint\ntitle: Loads that hardly stretch the line\n"
+        "instruments: {indicator: {kind: dial indicator, resolution: 0.1 mm}}\nsamples: {line: {}}\ntests:\n"
+        "  pull:\n    method: elongation\n    sample: line\n    instruments: {extension: indicator}\n"
+        "    loads: {A: {force: 1 N}, B: {force: 2 N}, C: {force: 3 N}}\n    readings: pull.csv\n",
+        encoding="utf-8",
+    )
+    readings = {1: (1.4, 0.3, 2.0), 2: (0.2, 2.6, 0.9), 3: (2.1, 0.8, 1.7)}
+    rows = [f"{load},{repeat},{one}" for repeat, own in readings.items() for load, one in zip("ABC", own, strict=True)]
+    (tmp_path / "pull.csv").write_text("load,repeat,reading / mm\n" + "\n".join(rows) + "\n", encoding="utf-8")
+    found = chain.evaluate(load(tmp_path / "campaign.yaml"), coverage=False)
+    (k,) = [one for one in found.results if one.quantity == "k"]
+    assert k.u > k.value
+    assert any(one.startswith("pull.k is less than its standard uncertainty") for one in found.warnings)

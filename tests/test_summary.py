@@ -72,3 +72,11 @@ def test_law_the_terminal_says_how_many_items_a_draft_lacks_and_where_the_pdf_li
     missing = checklist.lacking(bare)
     assert f"DRAFT {len(missing)} items missing for 17025" in out
     assert out.rstrip().endswith("report.pdf")
+
+
+def test_limit_without_a_result_the_terminal_prints_the_title_without_headings(tmp_path, capsys):
+    made = findings_sample.build(1, records=1)
+    print_summary(replace(made, results=(), consensus=()), tmp_path)
+    out = capsys.readouterr().out
+    assert out.startswith(f"{made.campaign.id}: {made.campaign.title}")
+    assert "95% interval" not in out

@@ -13,7 +13,7 @@ from metrology import __version__, units
 from metrology.chain import across, attained, derived, diagnosis, fits, items, judgement, knowledge, methods
 from metrology.chain.exact import sentences, taken_as_exact
 from metrology.chain.plan import Plan
-from metrology.chain.standing import Doubt, Standing, doubts, shifted, standing
+from metrology.chain.standing import UNDETERMINED, Doubt, Standing, doubts, shifted, standing
 from metrology.findings import SCHEMA, Correlation, Findings, Moments, Notice, Result
 from metrology.language.catalogue import stored
 from metrology.language.display import scale
@@ -135,7 +135,7 @@ def build(
 
 
 def _findings(campaign: Campaign, plan: Plan, evaluation: Evaluation, *, coverage: bool) -> Findings:
-    plan.identities.update(_in_smaller_units(plan, evaluation))
+    plan.identities.update(_in_fitting_units(plan, evaluation))
     instruments = items.instrument_states(campaign)
     stands = standing(plan, evaluation, probability=campaign.coverage_probability, seed=campaign.seed)
     held = attained.coverage(campaign, plan, evaluation, stands) if coverage else {}
@@ -169,6 +169,7 @@ def _findings(campaign: Campaign, plan: Plan, evaluation: Evaluation, *, coverag
             *campaign.notices,
             *plan.warnings,
             *_warnings(campaign, results),
+            *_undetermined(results, against),
             *judgement.priors(campaign, evaluation),
             *_empty(results, plan.failures),
             *sentences(exact, plan),
@@ -192,25 +193,27 @@ def _barring(own: Sequence[Doubt]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(one.sentence for one in own if one.bars("pass")))
 
 
-SMALLEST = 0.1
-"""Number from which on downwards a result of a method is shown with a smaller prefix: 0.105 MPa for 0.000105 GPa."""
+SMALLEST, LARGEST = 0.1, 1e6
+"""Numbers between which a result of a method keeps its usual unit: 0.000105 GPa is shown as 0.105 MPa, and a stiffness
+of 16180000 N/m as 16.18 MN/m."""
 
 
-def _in_smaller_units(plan: Plan, evaluation: Evaluation) -> dict[str, Identity]:
-    """Identities of results whose unit is too large for the largest of its kind in the test; those of one test alike.
+def _in_fitting_units(plan: Plan, evaluation: Evaluation) -> dict[str, Identity]:
+    """Identities of results whose unit is too large, or too small, for the largest of its kind in the test.
 
-    The unit of a derived quantity is the campaign's.
+    Those of one test alike. The unit of a derived quantity is the campaign's.
     """
     groups: dict[tuple[str, str, str], list[str]] = {}
     for name, estimate in evaluation.estimates.items():
         one = plan.identities[name]
-        if one.method != "derived" and estimate.unit in ("Pa", "N") and isfinite(estimate.value):
+        if one.method != "derived" and estimate.unit in ("Pa", "N", "N/m") and isfinite(estimate.value):
             groups.setdefault((one.test, estimate.unit, one.display_unit or estimate.unit), []).append(name)
     found: dict[str, Identity] = {}
     for (_, unit, shown), names in groups.items():
-        most = max(abs(evaluation.estimates[name].value) for name in names)
-        if 0 < most < SMALLEST * units.factor(shown):
-            found |= {name: replace(plan.identities[name], display_unit=scale(most, unit)[1]) for name in names}
+        most = max(abs(evaluation.estimates[name].value) for name in names) / units.factor(shown)
+        if most >= LARGEST or (0 < most < SMALLEST and unit in ("Pa", "N")):
+            display = scale(most * units.factor(shown), unit)[1]
+            found |= {name: replace(plan.identities[name], display_unit=display) for name in names}
     return found
 
 
@@ -320,6 +323,12 @@ def _warnings(campaign: Campaign, results: tuple[Result, ...]) -> list[str]:
             text = "{name} has u = 0: the uncertainties that it depends on cancel, as they are one."
         found.append(said(text, name=result.name))
     return found
+
+
+def _undetermined(results: tuple[Result, ...], against: Mapping[str, Sequence[Doubt]]) -> tuple[str, ...]:
+    """Say of results that may be zero, which by their nature they cannot, that they do: also where none is judged."""
+    names = [one.name for one in results if one.headline]
+    return tuple(one.sentence for name in names for one in against.get(name, ()) if one.check == UNDETERMINED)
 
 
 def _without_moments(results: tuple[Result, ...], probability: float) -> list[str]:

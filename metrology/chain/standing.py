@@ -37,6 +37,8 @@ if TYPE_CHECKING:
 
 POSITIVE = re.compile(r"(k|E|EA)(_0|_inf|_t|_sec|_tan)?|omega_n")
 """Results that no sample has at zero, or below; a damping may be too small to be seen."""
+UNDETERMINED = "value within its uncertainty"
+"""Name of the check that such a result is known to be above zero."""
 CERTAIN = 2.0
 """|E_n| beyond which two results of one sample contradict each other: one in 16 000 by chance (4 u, U = 2·u)."""
 CLASS = sqrt(3.0)
@@ -307,7 +309,7 @@ def _undetermined(plan: Plan, name: str, evaluation: Evaluation) -> Iterator[Dou
         text = "{name} is less than its standard uncertainty: {value:figures} ± {u:figures} {unit}."
         rounded, of_u = significant(value, u)
         sentence = said(text, name=name, value=rounded, u=of_u, unit=estimate.unit)
-        yield Doubt("value within its uncertainty", sentence)
+        yield Doubt(UNDETERMINED, sentence)
         return
     output = estimate.output
     if identity.test in plan.corrected and POSITIVE.fullmatch(identity.quantity) and output is not None:
@@ -315,7 +317,7 @@ def _undetermined(plan: Plan, name: str, evaluation: Evaluation) -> Iterator[Dou
         if low <= 0 < value:
             text = "{name} is not determined: its interval reaches from {low:.3g} to {high:.3g} {unit}."
             sentence = said(text, name=name, low=float(low), high=float(high), unit=estimate.unit)
-            yield Doubt("value within its uncertainty", sentence)
+            yield Doubt(UNDETERMINED, sentence)
 
 
 def _accepted(campaign: Campaign, plan: Plan, test: TestItem, more: Sequence[Doubt]) -> tuple[Doubt, ...]:

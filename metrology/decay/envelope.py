@@ -81,7 +81,9 @@ def _variance_near(fitted: Fit, rate: float) -> float:
     """Return the variance per sample that white noise as strong as the residuals around the mode would have."""
     spectrum = abs(np.fft.rfft(fitted.residual)) ** 2 / fitted.residual.size
     frequency = np.fft.rfftfreq(fitted.residual.size, 1 / rate)
-    near = abs(frequency - fitted.main.frequency) < 0.5 * fitted.main.frequency
+    # Where a record lasts less than a period, no frequency of it lies so near: the nearest is taken.
+    away = abs(frequency - fitted.main.frequency)
+    near = away < max(0.5 * fitted.main.frequency, 1.001 * float(away.min()))
     return max(float(spectrum[near].mean()), 1e-300)
 
 

@@ -185,7 +185,7 @@ def notes(releases: Sequence[Release], *, scale: Input | None) -> tuple[str, ...
             else "The mass is that which oscillates: plate, released mass and a third of the mass of the sample."
         ),
     ]
-    if scale is not None:
+    if scale is not None and scale.u > 0:
         found.append(
             said(
                 "The scale of the sensor (relative standard uncertainty {u:.1e}) cancels in every ratio of amplitudes: "

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import log, pi
+from math import hypot, log, pi, sqrt
 
 import numpy as np
 
@@ -22,6 +22,7 @@ _FAR = 25.0  # times the mean square of the rest, beyond which what comes before
 _MOVES = 5.0  # standard deviations of a rest, beyond which what a fit has there is none of it
 _PLAIN = 0.05  # chance below which the fit leaves more before the first crossing than after it
 _DRIFT = 0.05  # chance of as large a drift from noise alone below which it is taken for one
+_ELSEWHERE = 4.0  # times the first guess of ω_n, beyond which a fit of a heavily damped motion is of something else
 
 
 @dataclass(frozen=True)
@@ -127,11 +128,16 @@ def separate(record: Channel, *, mains: float, expected: float | None = None) ->
     first = heavy(free) if is_heavy else None
     first = first or longitudinal(free, level, mains=mains, expected=expected)
     free, fitted, hops, rest = _apart(free, first, level)
+    if is_heavy and fitted.main.omega > _ELSEWHERE * hypot(first.omega, first.rate):
+        # The fit left the motion for a part of the noise.
+        raise _returned()
     whole = without(whole.part(float(whole.time[0]), float(free.time[-1])), hops)
     _refuse_weak(fitted, free, mains=mains)
     crossed = float(free.time[0])
     free, fitted = _from_release(whole, free, fitted)
     fitted = _without_drift(free, fitted)
+    if fitted.main.omega <= 2 * sqrt(fitted.covariance[0, 0]):
+        raise _returned()
     start = float(free.time[0])
     return Separated(
         free,
@@ -142,6 +148,20 @@ def separate(record: Channel, *, mains: float, expected: float | None = None) ->
         crossed - start,
         hops,
         rest,
+    )
+
+
+def _returned() -> Unusable:
+    """Refusal of a motion whose ω_d cannot be distinguished from zero.
+
+    Near critical damping ω_d goes to zero as a square root: no slope there says how well ω_n and k are known.
+    """
+    return Unusable(
+        said(
+            "The record shows no oscillation: what follows the release returns to rest at critical damping or beyond, "
+            "or too near to it for these readings to tell, so that ω_n, k and c do not follow. Reduce the damping or "
+            "the noise."
+        )
     )
 
 
@@ -231,7 +251,9 @@ def _refitted(free: Channel, fitted: Fit, degree: int = DEGREE) -> Fit:
     """Return the fit of the same modes to a longer part of the record, or over another polynomial."""
     coarse = average(free, per_mean(free, fitted.main))
     fast = 0.6 * pi / coarse.step
-    slow, held = ([mode for mode in fitted.modes if (mode.omega > fast) == is_fast] for is_fast in (False, True))
+    others = fitted.modes[1:]
+    slow, held = ([mode for mode in others if (mode.omega > fast) == is_fast] for is_fast in (False, True))
+    slow.insert(0, fitted.main)
     lags = int(2 / coarse.step / fitted.main.frequency)
     again = fit(coarse.time - coarse.time[0], coarse.value, slow, held=held, lags=lags, degree=degree)
     return at_rate(again, free.time - free.time[0], free.value, held=held)

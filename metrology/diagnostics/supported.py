@@ -21,6 +21,11 @@ from metrology.noise import WHITE, Colour
 
 Shared = Literal["common", "per run"]
 """Whether all blocks share what is known of an input, or each block has its own."""
+HELD = 0.1
+"""Part of the information on a direction that the other runs hold at least where a run is compared with them in it.
+
+What one run alone tells cannot differ from the others, and a step to where they would have it ends anywhere. A choice:
+two runs alike hold half each, one of a third of the amplitude of the other a tenth."""
 WITH_REMAINDER = ("unexplained", "explained in the main")
 """Verdicts that say that something is in the readings which no listed effect explains."""
 
@@ -206,23 +211,32 @@ def _between(fit: Fit, names: Sequence[str], sources: Sequence[Source]) -> Itera
 
     A cause that nobody lists acts in another way in every run, or repeat, or release. Each is left out in turn (one
     step of the fit to the others): the jackknife's covariance (B − 1)/B·Σ(θ_b − θ̄)², with B − 1 degrees of freedom
-    (Efron & Stein, Ann. Statist. 9 (1981) 586). Of it, parameter by parameter, what exceeds the other causes.
+    (Efron & Stein, Ann. Statist. 9 (1981) 586). Of it, parameter by parameter, what exceeds the other causes, as much
+    larger as they are in the others alone: one run may tell far less of an unknown than another.
     """
     slopes = spread_out(fit)
     count = len(slopes)
     if count < 2:
         return
     shared = sorted(set.intersection(*(set(block.uses) for block in fit.problem.blocks)))
-    steps = []
+    whole = np.diag(_inverse(fit.information, fit.information))
+    steps, spreads = [], []
     for block, part, residual, used in zip(fit.problem.blocks, slopes, fit.residuals, fit.used, strict=True):
         # What belongs to this block alone, such as its zero, is gone with it.
         others = [at for at in range(len(fit.theta)) if at in shared or at not in block.uses]
         kept = (part * used[:, None])[:, others]
-        step = _step(fit.information[np.ix_(others, others)], kept, residual)
-        moved = dict(zip(others, step, strict=True))
+        given = fit.information[np.ix_(others, others)]
+        rest = _inverse(given - kept.T @ kept, given)
+        moved = dict(zip(others, rest @ (kept.T @ residual), strict=True))
+        wider = dict(zip(others, np.diag(rest) - whole[others], strict=True))
         steps.append([moved.get(at, 0.0) if (at := fit.index(name)) is not None else 0.0 for name in names])
+        spreads.append([wider.get(at, 0.0) if (at := fit.index(name)) is not None else 0.0 for name in names])
     away = np.array(steps) - np.mean(steps, axis=0)
     covered = sum((np.square(np.array(one.columns)).sum(axis=1) for one in sources), np.zeros(len(names)))
+    # What the noise makes of the same differences, over the variance of the whole fit: 1 where all tell as much.
+    own = np.array([whole[at] if (at := fit.index(name)) is not None else 0.0 for name in names])
+    noise = (count - 1) / count * np.maximum(spreads, 0.0).sum(axis=0)
+    covered = covered * np.maximum(np.divide(noise, own, out=np.ones_like(own), where=own > 0), 1.0)
     variance = (count - 1) / count * np.square(away).sum(axis=0)
     excess = np.where(variance > covered, 1.0 - covered / np.where(variance > 0, variance, 1.0), 0.0)
     if excess.any():
@@ -232,12 +246,16 @@ def _between(fit: Fit, names: Sequence[str], sources: Sequence[Source]) -> Itera
         )
 
 
-def _step(information: Array, rows: Array, residual: Array) -> Array:
-    """Change of the unknowns when some readings are left out, one step; none where only these determine an unknown."""
-    size = np.sqrt(np.maximum(np.diag(information), BLIND))
-    rows = rows / size
-    rest = information / np.outer(size, size) - rows.T @ rows
-    return np.asarray(np.linalg.pinv(rest, rcond=RANK, hermitian=True) @ (rows.T @ residual) / size)
+def _inverse(information: Array, whole: Array) -> Array:
+    """Inverse of a part of some information, in the directions in which it is `HELD` of the whole at least."""
+    size = np.sqrt(np.maximum(np.diag(whole), BLIND))
+    values, vectors = np.linalg.eigh(whole / np.outer(size, size))
+    known = values > RANK * values.max()
+    # Coordinates in which the whole is one: each eigenvalue of a part is what it holds of the whole.
+    ways = vectors[:, known] / np.sqrt(values[known]) / size[:, None]
+    held, turned = np.linalg.eigh(ways.T @ information @ ways)
+    ways = ways @ turned[:, held > HELD]
+    return np.asarray(ways / held[held > HELD] @ ways.T)
 
 
 def _apart(readings: Array, effects: Marks) -> Iterator[tuple[str, Literal["readings", "effects"], Array]]:

@@ -51,26 +51,35 @@ _SIGNS = (
     ("OptiTrack Motive", r"^Format Version,.*Take Name"),
     ("Vicon Nexus", r"^(Trajectories|Model Outputs|Devices|Objects)\b"),
     ("MTS", r"^MTS793|\bMTS ?(TestSuite|FlexTest)|^Data (Header|Acquisition):"),
-    ("Instron Bluehill", r"Bluehill|\bInstron\b|^\"?Results Table"),
+    ("Instron Bluehill", r"Bluehill|\bInstron\b|^\"?(?:Results Table|Specimen properties : )"),
     ("ZwickRoell testXpert", r"testXpert|\bZwick|\bPrüfzeit\b.*\bStandard(?:kraft|weg)\b"),
     ("Polytec", r"\bPolytec\b|\bPSV\b|\bVibSoft\b|^Source File Name"),
     ("LabVIEW", r"^LabVIEW Measurement"),
     ("DIAdem", r"\bDIAdem\b|^DIAHEADER"),
 )
 _KEYS = {
-    "operator": r"operator|prüfer|bediener|tester|operateur",
-    "date": r"date|datum|prüfdatum|test date|start date",
-    "serial": r"serial(?: (?:number|no))?|seriennummer|serial nr",
-    "sample": r"specimen(?: (?:label|name|id))?|sample(?: (?:name|id))?|probe|probenname|probenbezeichnung|prüfling",
-    "rate": r"sampl(?:e|ing) (?:rate|frequency)|abtastrate|messrate|messfrequenz|capture frame rate|data rate",
+    "operator": r"operator|prüfer|bediener|tester|opérateur|operateur|operatore|operador",
+    "date": r"date|datum|prüfdatum|test date|start date|date/heure|data|fecha",
+    "serial": r"serial(?: (?:number|no))?|seriennummer|serial nr|num[ée]ro (?:de|di) s[ée]rie|número de serie",
+    "sample": r"specimen(?: (?:label|name|id))?|sample(?: (?:name|id))?|probe|probenname|probenbezeichnung|prüfling"
+    r"|éprouvette|échantillon|provino|campione|probeta|muestra",
+    "rate": r"sampl(?:e|ing) (?:rate|frequency)|abtastrate|messrate|messfrequenz|capture frame rate|data rate"
+    r"|fréquence d'échantillonnage|frequenza di campionamento|frecuencia de muestreo",
 }
 _PAIR = re.compile(r"\s*\"?(?P<key>[^\";:=\t,|]{2,40}?)\"?\s*[:=;\t,|]+\s*\"?(?P<value>[^\";\t|]+?)\"?\s*[;\t,]*\s*")
+_OF = r"(?: (?:de l'|del |della |de la )?(?:éprouvette|échantillon|provino|campione|probeta|muestra))?"
+"""Whose a size is, in French, Italian and Spanish."""
+_GROUP = re.compile(r"[^\";:=\t,|]+ : (?=\S)")
+"""Of which group a key is: ``Specimen properties : Width,10,mm``."""
 _SIZES = {
-    "diameter": r"(?:specimen |original )?diameter|(?:proben)?durchmesser|d ?0",
-    "width": r"(?:specimen |original )?width|(?:proben)?breite|b ?0",
-    "thickness": r"(?:specimen |original )?thickness|(?:proben)?dicke|a ?0",
-    "gauge_length": r"(?:extensometer )?gauge length|original length|(?:anfangs)?messlänge|l ?0",
-    "length": r"(?:specimen |free )?length|grip(?: to grip)? separation.*|einspannlänge.*|probenlänge",
+    "diameter": rf"(?:specimen |original )?diameter|(?:proben)?durchmesser|(?:diamètre|di[aá]metro){_OF}|d ?0",
+    "width": rf"(?:specimen |original )?width|(?:proben)?breite|(?:largeur|larghezza|anchura|ancho){_OF}|b ?0",
+    "thickness": rf"(?:specimen |original )?thickness|(?:proben)?dicke|(?:épaisseur|spessore|espesor){_OF}|a ?0",
+    "gauge_length": r"(?:extensometer )?gauge length|original length|(?:anfangs)?messlänge"
+    r"|longueur (?:initiale|de base)|lunghezza iniziale|tratto utile|longitud (?:inicial|calibrada)"
+    r"|l ?0(?: - .+)?",
+    "length": rf"(?:specimen |free )?length|grip(?: to grip)? separation.*|einspannlänge.*|probenlänge"
+    rf"|(?:longueur|lunghezza|longitud)(?: libre| libera)?{_OF}",
 }
 _SIZE = re.compile(
     r"\s*\"?(?P<key>[^\";:=\t,|([]{2,40}?)\s*(?:[\[(](?P<above>[^\])]*)[\])])?\"?\s*[:=;\t,|]+\s*"
@@ -110,7 +119,7 @@ def recognise(lines: Sequence[str]) -> Found:
 
 def _facts(lines: Sequence[str]) -> dict[str, str]:
     found: dict[str, str] = {}
-    for line in lines:
+    for line in (part for whole in lines for part in dict.fromkeys((whole, _GROUP.sub("", whole, count=1)))):
         if match := _PAIR.fullmatch(line):
             for name, words in _KEYS.items():
                 if re.fullmatch(words, match["key"].strip().casefold()):

@@ -11,7 +11,8 @@ from metrology.draft.parts import Writer, stretch, times
 from metrology.draft.recognition import held, pull
 from metrology.draft.seen import Seen
 from metrology.draft.survey import Survey
-from metrology.draft.vocabulary import reads_specimen
+from metrology.draft.vocabulary import reads_machine, reads_specimen
+from metrology.tension.slope import LEAST
 
 LENGTH = "free length between the grips, such as 60.0(2) mm"
 STRAINS = ("%", "1", "‰", "mm/mm", "m/m", "in/in", "µm/m", "um/m")
@@ -23,6 +24,12 @@ it lacks 5e-9, while noise of a thousandth of its range lacks 6e-6 (half the rat
 MORE_STRETCH = 1.25
 """A record bends where the stretch up to 90 % of the force is this many times what 10 % to 40 % foretell: a choice, far
 above the few per cent by which noise and seating change the ratio of a straight record."""
+BENDS = "the record bends further up"
+UPPER = (0.4, 0.5, 0.6, 0.7, 0.8, 0.0)
+"""Parts of the largest force up to which a line may be drawn, the first with readings enough; none where none has."""
+ANOTHER = 0.9
+"""A second displacement is that of an extensometer where it moves by less than this part of what the crosshead moves:
+what is the crosshead's own way, from another zero, moves by all of it. A choice."""
 KINDS: dict[Stretch, str] = {"crosshead": "testing machine", "extension": "extensometer", "strain": "extensometer"}
 
 
@@ -40,8 +47,9 @@ def tension(writer: Writer) -> Iterator[str]:
     yield from _used(writer, by)
     if alone:
         yield "    # setup_compliance: …        # of grips, cell and frame; without it k holds theirs too"
-    if any(_bends(writer.surveys[0], seen) for seen in by.values()):
-        yield f"    range: {writer.take('range', '{share: [10 %, 40 %]}', 'the record bends further up')}"
+    bends = any(_bends(writer.surveys[0], seen) for seen in by.values())
+    if bends and (end := min(map(_end, writer.surveys), key=UPPER[::-1].index)):
+        yield f"    range: {writer.take('range', f'{{share: [10 %, {100 * end:.0f} %]}}', BENDS)}"
     else:
         yield "    # range: {strain: [0.05 %, 0.25 %]}   # the longest straight part where nothing is said"
     yield "    # to_break: true             # where the specimens were pulled until they broke"
@@ -73,18 +81,37 @@ def stretches(one: Survey) -> dict[Stretch, Seen]:
     """Columns that read a stretch: crosshead, and an extensometer by its displacement or by its strain."""
     found: dict[Stretch, Seen] = {}
     strains: list[Seen] = []
+    moved: list[Seen] = []
     for seen in one.columns:
         if seen.role not in ("displacement", "strain", "reading") or seen.values is None:
             continue
         if seen.role == "strain" or seen.unit in STRAINS:
             strains.append(seen)
         else:
-            found.setdefault("extension" if reads_specimen(seen.name) else "crosshead", seen)
+            moved.append(seen)
+    for seen in moved:
+        found.setdefault("extension" if reads_specimen(seen.name) else "crosshead", seen)
+    if "extension" not in found and (pair := _pair(moved)):
+        found["crosshead"], found["extension"] = pair
     strains = [seen for seen in strains if "crosshead" not in found or not _follows(seen, found["crosshead"])]
     if strains:
         found.pop("extension", None)
         found["strain"] = max(strains, key=lambda seen: _with_force(one, seen))
     return {key: found[key] for key in KINDS if key in found}
+
+
+def _pair(moved: Sequence[Seen]) -> tuple[Seen, Seen] | None:
+    """Crosshead and extensometer of two displacements of which the heading of one alone says that it is the crosshead.
+
+    testXpert calls the way that the strain is computed from ``Standardweg``, whatever reads it.
+    """
+    named = [seen for seen in moved if reads_machine(seen.name)]
+    others = [seen for seen in moved if seen not in named]
+    if len(named) != 1 or len(others) != 1 or named[0].unit != others[0].unit:
+        return None
+    whole, part = (float(np.ptp(seen.values[np.isfinite(seen.values)])) for seen in (named[0], others[0])
+                   if seen.values is not None)  # fmt: skip
+    return (named[0], others[0]) if 0 < part < ANOTHER * whole else None
 
 
 def _with_force(one: Survey, seen: Seen) -> float:
@@ -115,6 +142,16 @@ def _bends(one: Survey, seen: Seen) -> bool:
     low, middle, high = (seen.values[np.argmax(size >= share * np.nanmax(size))] for share in (0.1, 0.4, 0.9))
     straight = (0.9 - 0.1) / (0.4 - 0.1) * abs(middle - low)
     return bool(abs(high - low) > MORE_STRETCH * straight > 0)
+
+
+def _end(one: Survey) -> float:
+    """Part of the largest force up to which a line from 10 % of it has as many readings as it needs; 0 where none."""
+    force = pull(one)
+    if force is None or force.values is None:
+        return 0.0
+    size = np.abs(force.values)
+    low, *ends = (int(np.argmax(size >= share * np.nanmax(size))) for share in (0.1, *UPPER[:-1]))
+    return next((share for share, end in zip(UPPER, ends, strict=False) if end - low >= LEAST), 0.0)
 
 
 def _instruments(writer: Writer, by: dict[Stretch, Seen], *, unclassed: str) -> Iterator[str]:

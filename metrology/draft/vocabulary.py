@@ -30,7 +30,8 @@ ROLES: dict[str, tuple[str, ...]] = {
                      "deflection", "pos",
                      "standardweg", "traversenweg", "traverse", "verschiebung", "auslenkung", "verlängerung", "laser",
                      "x", "verformung", "feindehnung", "extensometer", "längenänderung", "lvdt",
-                     "déplacement", "allongement", "spostamento", "desplazamiento", "axial displacement"),
+                     "déplacement", "allongement", "course", "corsa", "carrera", "spostamento",
+                     "desplazamiento", "axial displacement"),
 }  # fmt: skip
 """What a column holds → its headings, in lower case; the first that fits is taken."""
 DIMENSIONS = {"time": "s", "mass": "kg", "reading": "m", "force": "N", "displacement": "m", "velocity": "m/s",
@@ -38,6 +39,7 @@ DIMENSIONS = {"time": "s", "mass": "kg", "reading": "m", "force": "N", "displace
 """Unit of the dimension that a column of a role has where it has a unit."""
 _COMPOUNDED = ("kraft", "weg", "zeit", "dehnung", "winkel", "verschiebung", "geschwindigkeit", "beschleunigung")
 _ON_SPECIMEN = ("extensometer", "dehnung", "aufnehmer", "längenänderung", "verformung", "clip", "video", "lvdt")
+_ON_MACHINE = ("crosshead", "travers", "machine", "actuator", "stroke", "kolben", "vérin", "travesaño", "pistone")
 LOADING = (
     "loading",
     "load",
@@ -84,7 +86,7 @@ def role(name: str, unit: str) -> str:
     ('force', 'mass', 'load', 'displacement', '')
     """
     wanted = plain(name)
-    dimension = _dimension(unit)
+    dimension = dimension_of(unit)
     of_role = {one: units.dimension(due) for one, due in DIMENSIONS.items()}
     by_unit = next((one for one, due in of_role.items() if due == dimension), "")
     found = next((one for one, words in ROLES.items() if wanted in words), "")
@@ -120,7 +122,7 @@ def by_suffix(name: str) -> tuple[str, str]:
     if not held or not unit.isalpha():
         return name, ""
     due = {"angle": "rad", "strain": "1"}.get(held, DIMENSIONS.get(held, ""))
-    return stem, unit if due and _dimension(unit) == units.dimension(due) else ""
+    return stem, unit if due and dimension_of(unit) == units.dimension(due) else ""
 
 
 PLAIN_UNITS = ("mm", "cm", "um", "µm", "nm", "N", "kN", "mN", "kg", "mg", "s", "ms", "us")
@@ -132,7 +134,13 @@ def reads_specimen(name: str) -> bool:
     return any(word in plain(name) for word in _ON_SPECIMEN)
 
 
-def _dimension(unit: str) -> units.Dimension | None:
+def reads_machine(name: str) -> bool:
+    """Whether a displacement by this heading is that of the crosshead, or of a piston."""
+    return any(word in plain(name) for word in _ON_MACHINE)
+
+
+def dimension_of(unit: str) -> units.Dimension | None:
+    """Dimension of a unit; none where there is no unit, or none that is known."""
     try:
         return units.dimension(unit) if unit not in ("", "-", "1") else None
     except TextError:

@@ -8,11 +8,13 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from metrology import units
 from metrology.draft import decay, elongation, line, machine, response
 from metrology.draft.parts import Writer, quote
 from metrology.draft.recognition import held, load_of, method, read_again
 from metrology.draft.runs import remarks
 from metrology.draft.survey import Survey
+from metrology.draft.vocabulary import dimension_of
 from metrology.errors import Fault, MetrologyError, printable
 
 
@@ -100,7 +102,10 @@ def _kind(surveys: Sequence[Survey]) -> str:
         "force and extension, a file a specimen"
     )
     fix = "write 'readings:' by hand (docs/readings.md)"
-    if bare:
+    volts = [column.heading for column in one.columns if dimension_of(column.unit) == units.dimension("V")]
+    if volts:
+        fix = f"multiply '{volts[0]}' by the sensitivity of its sensor, so that it has the unit of what it senses"
+    elif bare:
         fix = f"write names and units in the headings, such as 'force / N' or 'extension_mm'; or {fix}"
     raise MetrologyError(Fault(str(one.path), got, expected, fix))
 

@@ -16,6 +16,7 @@ _PREFIXED = {
     "kg": ((1.0, "kg"), (1e-3, "g"), (1e-6, "mg")),
     "Pa": ((1e9, "GPa"), (1e6, "MPa"), (1e3, "kPa"), (1.0, "Pa")),
     "N": ((1e3, "kN"), (1.0, "N"), (1e-3, "mN")),
+    "N/m": ((1e6, "MN/m"), (1.0, "N/m")),
     "m²": ((1.0, "m²"), (1e-6, "mm²")),
 }
 """SI unit → the scales that a reader expects of it, largest first."""

@@ -227,3 +227,35 @@ def test_limit_differences_that_are_covered_already_add_nothing():
     (part,) = _between(fitted(values), ("slope",), (Source("readings", "readings", ((0.01,),)),))
     total = values.mean(axis=1).var(ddof=1) / 3
     assert float(np.square(part.columns[0]).sum()) + 0.01**2 == pytest.approx(total, rel=1e-9)
+
+
+def unequal(part: float, apart: float) -> tuple[Fit, Source]:
+    """One unknown by two blocks of 20 readings, of which the second tells it by a part of what the first does.
+
+    By itself the second has it by so much larger.
+    """
+    sizes, own = (1.0, part), (0.0, apart)
+    information = 20 * (1 + part**2)
+    mean = 20 * part**2 * apart / information
+    slopes = tuple(np.full((20, 1), -size) for size in sizes)
+    residuals = tuple(np.full(20, size * (value - mean)) for size, value in zip(sizes, own, strict=True))
+    blocks = tuple(Block(f"b{at}", (0,), lambda _: None, lambda _: None, (Segment("x", 0, 20),), count=20)
+                   for at in range(2))  # fmt: skip
+    used = tuple(np.ones(20, dtype=bool) for _ in sizes)
+    problem = Problem((Unknown("slope", mean),), blocks)
+    fit = Fit((), problem, np.array([mean]), residuals, slopes, np.array([[information]]), 0.0, residuals, used)
+    return fit, Source("readings", "readings", ((1 / math.sqrt(information),),))
+
+
+def test_law_a_run_that_tells_little_of_an_unknown_may_differ_by_as_much():
+    """It is off by 1.2 standard deviations of the difference; one that tells as much would be off by 3.1."""
+    fit, covered = unequal(0.4, 0.7)
+    assert list(_between(fit, ("slope",), (covered,))) == []
+    fit, covered = unequal(1.0, 1.0)
+    (found,) = _between(fit, ("slope",), (covered,))
+    assert float(np.square(found.columns[0]).sum()) == pytest.approx(0.25 - 1 / 40, rel=1e-9)
+
+
+def test_limit_a_run_that_hardly_tells_of_an_unknown_is_not_compared_in_it():
+    fit, covered = unequal(0.1, 3.0)
+    assert list(_between(fit, ("slope",), (covered,))) == []

@@ -5,6 +5,7 @@ from __future__ import annotations
 import gzip
 import io
 import json
+import math
 import re
 from pathlib import Path
 
@@ -266,6 +267,14 @@ def test_limit_what_is_missing_is_asked_for_and_may_be_left_open(
     assert ("mass: 1.196(1) kg" in (tmp_path / "run.yaml").read_text(encoding="utf-8")) == (not left)
 
 
+def test_misuse_a_voltage_is_to_be_multiplied_by_the_sensitivity_of_its_sensor(tmp_path: Path) -> None:
+    rows = ["Time ( s )\tVoltage ( mV )", *(f"{i / 10:.1f}\t{13 * math.cos(i):.3f}" for i in range(90))]
+    (tmp_path / "v.txt").write_text("\n".join(rows) + "\n", encoding="utf-8")
+    with pytest.raises(MetrologyError) as caught:
+        draft([tmp_path / "v.txt"], {"mass": "1 kg"})
+    assert "Fix: multiply 'Voltage ( mV )' by the sensitivity of its sensor" in str(caught.value)
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -417,6 +426,69 @@ def test_planted_a_header_block_of_testxpert_has_sizes_with_their_symbols(head: 
     assert "# a.TRA: text by ZwickRoell testXpert" in made.text
     assert "section: {shape: tape, width: 10.05 mm, thickness: 1.02 mm}   # from the file" in made.text
     assert "length: 150 mm   # from the file" in made.text
+
+
+def test_planted_a_header_block_of_bluehill_has_sizes_in_groups(tmp_path: Path) -> None:
+    """Imitated: ``Specimen properties : Width,10,mm,,`` above the headings."""
+    exports.instron(tmp_path / "i.csv")
+    rows = (tmp_path / "i.csv").read_text(encoding="utf-8").splitlines()[2:]
+    said = {"Length": 80, "Thickness": 2.5, "Width": 9.75, "Final width": 9.5, "Area": 24.375}
+    head = ["General : Specimen number (included),3,,,", "Test : Operator,A. Smith,,,"]
+    head += [f"Specimen properties : {key},{value},mm{'^2' * (key == 'Area')},," for key, value in said.items()]
+    (tmp_path / "i.csv").write_text("\n".join([*head, ",,,,", *rows]) + "\n", encoding="utf-8")
+    text = draft([tmp_path / "i.csv"], {"class.cell": "0.5"})[1].text
+    assert "# i.csv: text by Instron Bluehill" in text
+    assert "section: {shape: tape, width: 9.75 mm, thickness: 2.5 mm}   # from the file" in text
+    assert "length: 80 mm   # from the file" in text
+    assert "operator: A. Smith   # from the file" in text
+
+
+def test_planted_a_french_block_has_sizes_and_a_way_beside_that_of_the_crosshead_is_an_extensometer(
+    tmp_path: Path,
+) -> None:
+    """Imitated: testXpert in French, whose ``Course standard`` is read over L0 by what is on the specimen."""
+    head = ['"Épaisseur éprouvette",1,"mm"', '"Largeur éprouvette",10,"mm"', '"L0 - course standard",25,"mm"']
+    head += ['"Opérateur","A. Martin"', '"Temps","Traverse absolue","Force standard","Course standard"']
+    rows = []
+    for i in range(200):
+        force, noise = 5.0 * i, 2e-5 * ((7 * i) % 5 - 2)
+        rows.append(f"{0.1 * i:.1f},{force * 8e-5 - 700:.4f},{force:.2f},{force * 25 / 700e3 + noise:.5f}")
+    (tmp_path / "f.tra").write_text("\n".join([*head, '"s","mm","N","mm"', *rows]) + "\n", encoding="utf-8")
+    path = imported(tmp_path, ["f.tra"], **{"class.cell": "0.5", "class.extensometer": "0.5"})
+    text = path.read_text(encoding="utf-8")
+    assert "section: {shape: tape, width: 10 mm, thickness: 1 mm}   # from the file" in text
+    assert "gauge_length: 25 mm   # from the file" in text
+    assert "operator: A. Martin   # from the file" in text
+    found = evaluated(path)
+    assert found["E"].value == pytest.approx(70e9, rel=0.01)
+    assert found["C"].value == pytest.approx(8e-8 - 25e-3 / 700e3, rel=0.02)
+
+
+def test_law_two_ways_of_one_crosshead_are_no_extensometer(tmp_path: Path) -> None:
+    rows = [f"{0.1 * i:.1f};{i * 0.01 - 300:.3f};{i * 0.01:.3f};{5.0 * i:.2f}" for i in range(100)]
+    head = ["Prüfzeit;Traversenweg absolut;Standardweg;Standardkraft", "s;mm;mm;N"]
+    (tmp_path / "z.csv").write_text("\n".join([*head, *rows]) + "\n", encoding="utf-8")
+    text = draft([tmp_path / "z.csv"], {"class.cell": "0.5", "length": "100 mm"})[1].text
+    assert "instruments: {force: cell, crosshead: crosshead}" in text
+
+
+@pytest.mark.parametrize(("count", "rise", "share"), [(200, 200, "40"), (30, 30, "50"), (22, 22, "70"), (60, 12, "")])
+def test_limit_the_range_of_a_draft_holds_as_many_readings_as_a_line_needs(
+    count: int, rise: int, share: str, tmp_path: Path
+) -> None:
+    """A record that flows from 80 % of its force on, which it reaches in so many readings; 12 are needed."""
+    rows = ["Time (s),Strain (mm/mm),Force (N)"]
+    for i in range(count):
+        force = 1000.0 * min(1.0, (i + 1) / rise) + 0.1 * i
+        strain = force * 1e-6 + max(0.0, force - 800) * 1e-4 + max(0, i - rise) * 1e-3 + 1e-7 * ((7 * i) % 5 - 2)
+        rows.append(f"{i},{strain:.8f},{force:.2f}")
+    (tmp_path / "y.csv").write_text("\n".join(rows) + "\n", encoding="utf-8")
+    path = imported(tmp_path, ["y.csv"], **{"class.cell": "0.5", "class.extensometer": "0.5"})
+    text = path.read_text(encoding="utf-8")
+    assert (f"    range: {{share: [10 %, {share} %]}}   # guess: the record bends further up" in text) is bool(share)
+    assert ("    # range: " in text) is (not share)
+    if share:
+        evaluated(path)
 
 
 def test_limit_columns_that_are_left_out_are_named(tmp_path: Path) -> None:
