@@ -224,7 +224,7 @@ def doubts(
     """Failed checks on the way to every result, by its name; an acceptance that fits none joins the warnings."""
     against, of_names = _contradictions(campaign, plan, compared)
     found = {test.id: _accepted(campaign, plan, test, against.get(test.id, ())) for test in plan.tests}
-    for names in (_of_fits(campaign, plan), _of_imports(campaign, plan)):
+    for names in (_of_readings(plan), _of_fits(campaign, plan), _of_imports(campaign, plan)):
         for name, more in names.items():
             of_names[name] = (*of_names.get(name, ()), *more)
     return {
@@ -243,6 +243,12 @@ def _matters(evaluation: Evaluation, name: str, given: str) -> bool:
     estimate = evaluation.estimates[name]
     part = sum(row.contribution for row in estimate.budget if row.input == given)
     return part**2 > SHARE * estimate.u**2 if isfinite(estimate.u) else True
+
+
+def _of_readings(plan: Plan) -> dict[str, tuple[Doubt, ...]]:
+    """Means and fits whose readings are not independent or do not scatter, and fits that are used beyond their data."""
+    plan.warnings.extend(dict.fromkeys(one.sentence for one in plan.suspect.values()))
+    return {name: (_with(Doubt("readings", one.sentence), one.accepted),) for name, one in plan.suspect.items()}
 
 
 def _of_fits(campaign: Campaign, plan: Plan) -> dict[str, tuple[Doubt, ...]]:
