@@ -408,3 +408,31 @@ def test_law_an_acceptance_of_a_failed_check_that_forbids_nothing_does_not_deny_
     findings = chain.evaluate(load(tmp_path / "campaign.yaml"), coverage=False)
     assert "'zero shift between repeats' is accepted; the check failed, but forbids no verdict" in told(findings)
     assert "no check of that name failed" not in told(findings)
+
+
+# A modulus that no material has.
+
+PULLED = """\
+instruments: {dial: {kind: dial indicator, resolution: 0.001 mm}}
+samples: {wire: {section: {shape: round, diameter: 0.500(1) mm}, length: LENGTH}}
+tests:
+  pull:
+    method: elongation
+    sample: wire
+    instruments: {extension: dial}
+    loads: {A: {force: 10.00(1) N}, B: {force: 20.00(1) N}, C: {force: 30.00(1) N}}
+    readings: r.csv
+diagnosis: {off: true}
+requirements: [{id: R, quantity: pull.k, limits: {lower: 10 kN/m}, decision: {rule: guard band}}]
+"""
+
+
+@pytest.mark.parametrize(("length", "passes"), [("2.000(1) m", True), ("2.000(1) km", False)])
+def test_planted_a_modulus_above_that_of_diamond_is_of_wrong_inputs(length: str, passes: bool, tmp_path: Path) -> None:
+    rng = np.random.default_rng(1)
+    rows = [f"{load},{r},{1e3 * f / 2e4 + rng.normal(0, 0.003):.3f}" for r in (1, 2, 3) for load, f in
+            (("A", 10), ("B", 20), ("C", 30))]  # fmt: skip
+    (tmp_path / "r.csv").write_text("load,repeat,reading / mm\n" + "\n".join(rows) + "\n")
+    found = evaluated(tmp_path, PULLED.replace("LENGTH", length))
+    assert judged(found) == ({"R": "pass"} if passes else {})
+    assert ("above the modulus of diamond, 1.21 TPa" in told(found)) is not passes
