@@ -58,3 +58,20 @@ def test_law_many_loads_without_an_uncertainty_are_one_entry_of_a_note(soft: Fin
     loads = [one for name, one in values.items() if name.startswith("pull.load ")]
     assert len(loads) > 4
     assert all(one.u < 0.5 * one.value for one in loads)
+
+
+@pytest.mark.parametrize(
+    ("typed", "printed"),
+    [
+        ("um", "µm"), ("us/m", "µs/m"), ("degC", "°C"), ("deg", "°"), ("°", "°"), ("kohm", "kΩ"), ("m^2", "m²"),
+        ("N*s/m", "N·s/m"), ("m**-2", "m⁻²"), ("%", "%"), ("1", ""), ("deg/s^2", "°/s²"), ("W/(m*K)", "W/(m·K)"),
+    ],
+)  # fmt: skip
+def test_law_a_unit_is_printed_alike_however_it_was_typed(typed: str, printed: str) -> None:
+    from metrology.gum.rounding import readable
+    from metrology.language.display import unit_text
+    from metrology.units import factor, shown
+
+    assert shown(typed) == unit_text(typed) == printed
+    assert factor(printed or "1") == factor(typed)
+    assert readable(2.0, typed, 1).partition(" ")[2] == printed

@@ -334,8 +334,11 @@ def _impossible(plan: Plan, evaluation: Evaluation) -> Iterator[tuple[str, Doubt
     """Moduli that no material has: force, stretch, length or section of the test is wrong, it is not known which."""
     for name, estimate in evaluation.estimates.items():
         identity, (value, u) = plan.identities[name], estimate.reported
-        if identity.test and MODULUS.fullmatch(identity.quantity) and isfinite(u) and value - 2 * u > STIFFEST:
-            text = "{name} is above the modulus of diamond, {limit:figures}: force, stretch, length or section is wrong."
+        of_test = identity.method != "derived" and MODULUS.fullmatch(identity.quantity)
+        if of_test and isfinite(u) and value - 2 * u > STIFFEST:
+            text = (
+                "{name} is above the modulus of diamond, {limit:figures}: force, stretch, length or section is wrong."
+            )
             sentence = said(text, name=name, limit=readable(STIFFEST, "Pa", 3))
             plan.warnings.append(sentence)
             yield name, Doubt("modulus", sentence)

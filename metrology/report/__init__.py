@@ -66,9 +66,7 @@ def write(
     place(files, folder)
 
 
-def place(
-    files: Mapping[str, bytes], folder: Path, *, command: str = "report", campaign: Path | None = None
-) -> None:
+def place(files: Mapping[str, bytes], folder: Path, *, command: str = "report", campaign: Path | None = None) -> None:
     """Write the files of a report, as `make` returned them, into `folder`, all or none of them.
 
     The audit trail there gets a line by the name of the command, with the campaign file that was evaluated. An older

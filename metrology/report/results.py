@@ -32,7 +32,7 @@ def write(findings: Findings, folder: Path, further: Mapping[str, bytes], campai
     Raises
     ------
     MetrologyError
-        Where the folder cannot be written, or holds what another campaign gave, or a report that was made from other results.
+        Where the folder cannot be written, or holds what another campaign gave, or a report of other results.
     """
     made = files(findings)
 

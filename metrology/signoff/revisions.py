@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
+from xml.etree import ElementTree as ET
 
 if TYPE_CHECKING:
     from metrology.signoff.opened import Opened
@@ -80,24 +81,22 @@ def _described(opened: Opened, number: int) -> tuple[dict[str, str], list[tuple[
 
     def held(within: Any, key: str) -> Any:
         one = within.raw_get(key) if key in within else None
-        return reader.get_object(one.reference, revision=number) if hasattr(one, "reference") else one
+        return one if one is None or not hasattr(one, "reference") else reader.get_object(one.reference, number)
 
     trailer = reader.get_historical_resolver(number).trailer_view
-    info, metadata = held(trailer, "/Info") or {}, held(held(trailer, "/Root"), "/Metadata")
-    stated = {str(key): str(info.raw_get(key)) for key in info if key not in NOTED}
+    info, metadata = held(trailer, "/Info"), held(held(trailer, "/Root"), "/Metadata")
+    stated = {str(key): str(info.raw_get(key)) for key in info or () if key not in NOTED}
     return stated, _shown(metadata.data) if metadata is not None else []
 
 
 def _shown(metadata: bytes) -> list[tuple[str, str]]:
     """Name and text of every property of `SHOWN`; all of what is no plain XML, or has entities of its own."""
-    from xml.etree import ElementTree
-
     whole = [("", metadata.decode("utf-8", "replace"))]
     if b"<!" in metadata:
         return whole
     try:
-        tree = ElementTree.fromstring(metadata)
-    except ElementTree.ParseError:
+        tree = ET.fromstring(metadata)  # noqa: S314 - bounded, and without a document type no entity is declared
+    except ET.ParseError:
         return whole
     texts = [(one.tag, "".join(one.itertext()).strip()) for one in tree.iter() if one.tag.startswith(SHOWN)]
     return sorted([*texts, *(item for one in tree.iter() for item in one.items() if item[0].startswith(SHOWN))])

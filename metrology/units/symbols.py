@@ -234,6 +234,30 @@ def _canonical(symbol: str, reader: _UnitReader) -> str:
     )
 
 
+_SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+_WORD = re.compile(r"[^\W\d_]+|°\w?")
+_POWERS = re.compile(r"\^(-?\d+)")
+
+
+def shown(unit: str) -> str:
+    """Unit for the eye, however it was typed; nothing for a number.
+
+    Examples
+    --------
+    >>> shown("kg/m^3"), shown("um"), shown("degC"), shown("deg"), shown("N*s/m"), shown("1")
+    ('kg/m³', 'µm', '°C', '°', 'N·s/m', '')
+    """
+    if unit == "1":
+        return ""
+    text = unit.replace("**", "^").replace("*", "·")
+    text = _WORD.sub(lambda found: {"deg": "°"}.get(one := _symbol(found[0]), one), text)
+    return _POWERS.sub(lambda found: found[1].translate(_SUPERSCRIPT), text)
+
+
+def _symbol(text: str) -> str:
+    return symbols().get(text, (text,))[0]
+
+
 def powers(text: str) -> Powers:
     """Canonical symbols of a unit text with their exponents, in the order written; a unit that cancels is left out.
 

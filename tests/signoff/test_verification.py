@@ -315,9 +315,7 @@ def rename_author(writer: IncrementalPdfFileWriter) -> None:
     changed = metadata.data.replace(b"</rdf:Seq></dc:creator>", b"<rdf:li>A. Forger</rdf:li></rdf:Seq></dc:creator>")
     assert changed != metadata.data
     writer.root["/Metadata"] = writer.add_object(
-        generic.StreamObject(
-            {generic.pdf_name("/Type"): generic.pdf_name("/Metadata")}, stream_data=changed
-        )
+        generic.StreamObject({generic.pdf_name("/Type"): generic.pdf_name("/Metadata")}, stream_data=changed)
     )
     writer.update_root()
 
