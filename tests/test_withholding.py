@@ -436,3 +436,21 @@ def test_planted_a_modulus_above_that_of_diamond_is_of_wrong_inputs(length: str,
     found = evaluated(tmp_path, PULLED.replace("LENGTH", length))
     assert judged(found) == ({"R": "pass"} if passes else {})
     assert ("above the modulus of diamond, 1.21 TPa" in told(found)) is not passes
+
+
+def test_law_advice_names_what_two_imported_results_share_as_their_report_does(tmp_path: Path) -> None:
+    shared = "quantities: {a: 10.00(1) mm, b: {value: 20.00 mm, uncertainty: [{standard: 1 mm, name: steel tape}]}}\n"
+    first = shared + "derived: [{quantity: p, expression: a+b, unit: mm}, {quantity: q, expression: a+2*b, unit: mm}]\n"
+    found = evaluated(tmp_path, first, "first.yaml")
+    (tmp_path / "r.json").write_bytes(to_json(found))
+    key = sha256((tmp_path / "r.json").read_bytes()).hexdigest()
+    given = "".join(f"  {name}: {{from: r.json, result: {name}, sha256: {key}}}\n" for name in "pq")
+    (advice,) = (
+        one.advice
+        for one in evaluated(
+            tmp_path, f"quantities:\n{given}derived: [{{quantity: s, expression: p+q, unit: mm}}]\n"
+        ).results
+        if one.name == "s"
+    )
+    assert "steel tape" in advice
+    assert "imported-" not in advice

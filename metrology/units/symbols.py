@@ -14,7 +14,7 @@ from fractions import Fraction
 from functools import cache
 from math import log, pi
 
-from metrology.units.dimensions import Dimension, TextError, quoted
+from metrology.units.dimensions import NAMES, Dimension, TextError, quoted
 
 MAX_LENGTH = 100
 MAX_POWER = 12
@@ -225,7 +225,12 @@ def _canonical(symbol: str, reader: _UnitReader) -> str:
     if symbol in table:
         return table[symbol][0]
     near = sorted({other for other in table if other.casefold() == symbol.casefold()})
-    fix = f"case counts; did you mean {' or '.join(repr(other) for other in near)}?" if near else ""
+    case = "case counts; " if near else ""
+    for at in range(1, len(symbol)):
+        first, second = symbol[:at], symbol[at:]
+        if {first, second} <= table.keys() and table[first][1][2] * table[second][1][2] in NAMES:
+            near.append(f"{first}*{second}")
+    fix = f"{case}did you mean {' or '.join(repr(other) for other in near)}?" if near else ""
     raise UnitError(
         f"{quoted(symbol)} in the unit {quoted(reader.text)}",
         "a symbol of a unit, such as 'mm' or 'kN'",
