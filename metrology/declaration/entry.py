@@ -53,7 +53,7 @@ def _detail(refusal: Refusal) -> InitErrorDetails:
 
 def refusals(error: ValidationError, fields: Mapping[str, Any] | None = None) -> list[Refusal]:
     """Refusals of a validation error; `fields` are those of the entry whose own keys it judges."""
-    rows = [dict(row) for row in error.errors(include_url=False)]
+    rows: list[dict[str, Any]] = [dict(row) for row in error.errors(include_url=False)]
     # An entry that is refused is missing in its list, which is then too short for that reason alone.
     within = {row["loc"][: len(row["loc"]) - 1] for row in rows}
     return [_refusal(row, fields or {}) for row in rows if row["type"] != "too_short" or row["loc"] not in within]
