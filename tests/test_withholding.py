@@ -454,3 +454,10 @@ def test_law_advice_names_what_two_imported_results_share_as_their_report_does(t
     )
     assert "steel tape" in advice
     assert "imported-" not in advice
+
+
+@pytest.mark.parametrize("side", ["{value: 10.5(1) mm, source: s}", "{value: {value: 10.5(1) mm, source: s}}"])
+def test_law_a_value_from_elsewhere_may_be_written_under_its_key(side: str, tmp_path: Path) -> None:
+    text = f"quantities: {{a: 10.00(1) mm}}\ncomparisons: [{{between: [a, {side}]}}]\n"
+    (found,) = evaluated(tmp_path, text).comparisons
+    assert found.en == pytest.approx(-2.49, abs=0.01)
