@@ -42,6 +42,8 @@ class Entry:
         Name to SHA-256 of what was written.
     detail : str
         What else is to be known: a role, faults found.
+    campaign : str
+        Campaign file that was evaluated, where the command was given one.
     """
 
     digest: str
@@ -49,9 +51,12 @@ class Entry:
     at: str
     files: Mapping[str, str] = field(default_factory=dict)
     detail: str = ""
+    campaign: str = ""
 
 
-def extended(content: bytes, command: str, files: Mapping[str, bytes], *, detail: str = "") -> bytes:
+def extended(
+    content: bytes, command: str, files: Mapping[str, bytes], *, detail: str = "", campaign: str = ""
+) -> bytes:
     """The trail with one line more.
 
     Raises
@@ -69,6 +74,7 @@ def extended(content: bytes, command: str, files: Mapping[str, bytes], *, detail
         "version": __version__,
         "files": {name: sha256(one).hexdigest() for name, one in sorted(files.items())},
         **({"detail": detail} if detail else {}),
+        **({"campaign": campaign} if campaign else {}),
         "previous": entries[-1].digest if entries else START,
     }
     return content + json.dumps(line, ensure_ascii=False).encode() + b"\n"
@@ -137,6 +143,7 @@ def parse(content: bytes, where: str) -> tuple[Entry, ...]:
                 at=str(stated.get("at", "")),
                 files={str(k): str(v) for k, v in files.items()} if isinstance(files, dict) else {},
                 detail=str(stated.get("detail", "")),
+                campaign=str(stated.get("campaign", "")),
             )
         )
     if lines[-1]:

@@ -72,10 +72,10 @@ def faults(channel: Channel, resolution: float = 0.0) -> Iterator[str]:
     if not even and (step := quantum(channel)) > COARSE * resolution > 0:
         text = "readings are in steps of {step:.3g} {unit}; a resolution of {resolution:.3g} is stated"
         yield said(text, step=step, unit=channel.unit, resolution=resolution)
-    updated = _updated(value)
-    if updated > 1:
+    held = updated(value)
+    if held > 1:
         text = "each reading stands {count} times in a row, so that the rate is {count} times less than stated"
-        yield said(text, count=updated)
+        yield said(text, count=held)
         return
     stopped = _stopped(channel)
     if stopped:
@@ -86,8 +86,8 @@ def faults(channel: Channel, resolution: float = 0.0) -> Iterator[str]:
         return
     if twice := _pairs(channel):
         yield said("{count} readings are those before them once more", count=twice)
-    if again := _again(value):
-        yield said("{count} readings in a row stand in it twice", count=again)
+    if count := again(value):
+        yield said("{count} readings in a row stand in it twice", count=count)
 
 
 def _cut_off(channel: Channel, *, is_noisy: bool) -> Iterator[str]:
@@ -106,12 +106,12 @@ def coarse(value: Floats, resolution: float) -> float:
     """Step of a few readings that are multiples of more than the stated resolution; 0 where that may be chance."""
     steps = np.diff(np.unique(value))
     steps = steps[steps > SAME * steps.max(initial=0.0)]
-    step = _divisor(steps)
+    step = divisor(steps)
     times = step / resolution if resolution > 0 else 0.0
     return step if times > COARSE and (len(steps) - 1) * log(times) > -log(CHANCE) else 0.0
 
 
-def _divisor(steps: Floats) -> float:
+def divisor(steps: Floats) -> float:
     """Largest step of which all are multiples, to a hundredth of it, by Euclid's algorithm; 0 without any."""
     found = float(steps.min(initial=np.inf))
     while len(steps) and found > 0.0:
@@ -130,7 +130,7 @@ def _counted(value: Floats) -> bool:
     return usual != 0.0 and bool((abs(steps - usual) < EVEN * abs(usual)).all())
 
 
-def _updated(value: Floats) -> int:
+def updated(value: Floats) -> int:
     """How many readings in a row each value stands for, where that is one number throughout; else 1.
 
     A ramp that is rounded changes by its last digit in even steps too: there nearly every change is the smallest one.
@@ -188,7 +188,7 @@ def _flat_end(channel: Channel) -> int:
     noise = 1.4826 * float(np.median(abs(against_neighbours(channel)[: off[-1]])))
     # What is read in steps as coarse as its noise may rest at the last one.
     steps = np.diff(np.unique(value))
-    digit = _divisor(steps[steps > SAME * steps.max()])
+    digit = divisor(steps[steps > SAME * steps.max()])
     return count if noise > JUMP * max(digit, SAME * float(np.ptp(value))) else 0
 
 
@@ -256,14 +256,14 @@ def _pairs(channel: Channel) -> int:
     return pairs if pairs > 0.7 * single + FAR * sqrt(pairs + single) else 0
 
 
-def _again(value: Floats) -> int:
-    """Length of the longest stretch that stands twice in the record; 0 below `WINDOW`."""
-    if len(value) < 2 * WINDOW:
+def again(value: Floats, window: int = WINDOW) -> int:
+    """Length of the longest stretch of changing readings that stands twice in the record; 0 below `window`."""
+    if len(value) < 2 * window:
         return 0
     sliding = np.lib.stride_tricks.sliding_window_view
-    weights = np.random.default_rng(0).integers(1, 2**62, WINDOW, dtype=np.uint64)
+    weights = np.random.default_rng(0).integers(1, 2**62, window, dtype=np.uint64)
     levels = np.unique(value, return_inverse=True)[1].astype(np.uint64)
-    moving = sliding(np.diff(value) != 0.0, WINDOW - 1).sum(axis=1) > 0.75 * WINDOW
-    _, place, count = np.unique(sliding(levels, WINDOW) @ weights, return_inverse=True, return_counts=True)
+    moving = sliding(np.diff(value) != 0.0, window - 1).sum(axis=1) > 0.8 * (window - 1)
+    _, place, count = np.unique(sliding(levels, window) @ weights, return_inverse=True, return_counts=True)
     first, last = stretches(moving & (count[place] > 1))
-    return int((last - first).max()) + WINDOW - 1 if len(first) else 0
+    return int((last - first).max()) + window - 1 if len(first) else 0

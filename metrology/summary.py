@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from metrology.errors import printable
+from metrology.units import shown as unit_text
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -133,7 +134,7 @@ def _stated(result: Result, known: AsStated) -> str:
 
     unit = result.display_unit
     value, u = significant(convert(known.value, unit), known.u / factor(unit))
-    return f"{result.quantity} = {value} ± {u} {unit}".rstrip()
+    return f"{result.quantity} = {value} ± {u} {unit_text(unit)}".rstrip()
 
 
 def _row(result: Result) -> tuple[str, ...]:
@@ -146,7 +147,7 @@ def _agreed(entry: Consensus) -> tuple[str, ...]:
     counted = {one.result.rpartition(".")[2] for one in entry.members if not one.why_not}
     head = (entry.sample, "consensus", "", counted.pop() if len(counted) == 1 else entry.quantity)
     if not entry.consistent or entry.value is None or entry.u is None:
-        return *head, "–", "–", entry.display_unit, "not consistent"
+        return *head, "–", "–", unit_text(entry.display_unit), "not consistent"
     return *head, *_numbers(entry.value, entry.u, entry.display_unit, (entry.low, entry.high))
 
 
@@ -156,8 +157,8 @@ def _numbers(value: float, u: float, unit: str, interval: tuple[float | None, fl
     from metrology.units import convert, factor
 
     if not isfinite(value):
-        return "undefined", "–", unit, "–"
+        return "undefined", "–", unit_text(unit), "–"
     size = u / factor(unit)
     ends = [significant(convert(end, unit), size)[0] for end in interval if end is not None]
     text = "–" if not ends or "undefined" in ends else f"[{', '.join(ends)}]"
-    return *significant(convert(value, unit), size), unit, text
+    return *significant(convert(value, unit), size), unit_text(unit), text

@@ -220,3 +220,26 @@ def test_refusal_a_fit_without_an_answer_is_a_sentence_in_the_report_and_status_
     if command == "report":
         page = (tmp_path / "rig" / "report.html").read_text(encoding="utf-8")
         assert page.count("the fit is not converged within 25 steps") >= 2
+
+
+@pytest.mark.parametrize(("u", "fails"), [("0.1 mm", True), ("5 mm", False)])
+def test_planted_a_stated_input_that_the_runs_contradict_fails_a_check(u: str, fails: bool, tmp_path) -> None:
+    """A line that is taut 5 mm from where it is stated; no diagnosis takes it into the model."""
+    rng, runs, t = np.random.default_rng(1), [], np.arange(600) / 100
+    delta, omega = 0.2, np.sqrt(25 - 0.04)
+    for number in range(4):
+        size = 0.05 + 0.01 * number
+        x = 0.005 + size * np.exp(-delta * t) * (np.cos(omega * t) + delta / omega * np.sin(omega * t))
+        columns = [t, x + 1e-4 * rng.standard_normal(t.size)]
+        runs.append(run(number, [("time / s,x / m", columns)], f"start: {{position: {size + 0.005} m}}"))
+    stated = f"""\
+    rig: {{mass: 2 kg, taut: 0 m, attachment: both ways}}
+    known: {{free_length: {{common: {u}}}}}
+    identification: {{free: [k, c], start: {{k: 40 N/m}}}}
+"""
+    finding, _ = shown(tmp_path, stated, runs)
+    assert [one.name for one in finding.checks if one.passed is False] == (["stated inputs"] if fails else [])
+    assert (
+        not fails
+        or "The fitted and the stated free_length.shift disagree by more than 4 u." in finding.checks[-1].sentence
+    )

@@ -75,3 +75,20 @@ def test_law_a_large_stiffness_is_shown_with_a_prefix(tmp_path) -> None:
     assert shown["k"].unit == "MN/m"
     assert float(shown["k"].value) == pytest.approx(500, rel=0.01)
     assert next(one for one in found.results if one.name == "pull.k").value == pytest.approx(5e8, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("typed", "printed"),
+    [
+        ("um", "µm"), ("us/m", "µs/m"), ("degC", "°C"), ("deg", "°"), ("°", "°"), ("kohm", "kΩ"), ("m^2", "m²"),
+        ("N*s/m", "N·s/m"), ("m**-2", "m⁻²"), ("%", "%"), ("1", ""), ("deg/s^2", "°/s²"), ("W/(m*K)", "W/(m·K)"),
+    ],
+)  # fmt: skip
+def test_law_a_unit_is_printed_alike_however_it_was_typed(typed: str, printed: str) -> None:
+    from metrology.gum.rounding import readable
+    from metrology.language.display import unit_text
+    from metrology.units import factor, shown
+
+    assert shown(typed) == unit_text(typed) == printed
+    assert factor(printed or "1") == factor(typed)
+    assert readable(2.0, typed, 1).partition(" ")[2] == printed

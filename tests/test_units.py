@@ -335,3 +335,10 @@ def test_law_any_text_gives_a_quantity_or_the_one_error(text: str) -> None:
     assert math.isfinite(quantity.value)
     assert quantity.u is None or 0 < quantity.u < math.inf
     assert math.isfinite(quantity.resolution)
+
+
+@pytest.mark.parametrize(("typed", "meant"), [("Nm", "'nm' or 'N*m'"), ("kNm", "'kN*m'"), ("Pas", "'Pa*s'")])
+def test_refusal_of_a_product_without_its_sign_names_it(typed: str, meant: str) -> None:
+    with pytest.raises(units.UnitError) as refused:
+        units.unit(typed)
+    assert meant in refused.value.fix

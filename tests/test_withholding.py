@@ -408,3 +408,56 @@ def test_law_an_acceptance_of_a_failed_check_that_forbids_nothing_does_not_deny_
     findings = chain.evaluate(load(tmp_path / "campaign.yaml"), coverage=False)
     assert "'zero shift between repeats' is accepted; the check failed, but forbids no verdict" in told(findings)
     assert "no check of that name failed" not in told(findings)
+
+
+# A modulus that no material has.
+
+PULLED = """\
+instruments: {dial: {kind: dial indicator, resolution: 0.001 mm}}
+samples: {wire: {section: {shape: round, diameter: 0.500(1) mm}, length: LENGTH}}
+tests:
+  pull:
+    method: elongation
+    sample: wire
+    instruments: {extension: dial}
+    loads: {A: {force: 10.00(1) N}, B: {force: 20.00(1) N}, C: {force: 30.00(1) N}}
+    readings: r.csv
+diagnosis: {off: true}
+requirements: [{id: R, quantity: pull.k, limits: {lower: 10 kN/m}, decision: {rule: guard band}}]
+"""
+
+
+@pytest.mark.parametrize(("length", "passes"), [("2.000(1) m", True), ("2.000(1) km", False)])
+def test_planted_a_modulus_above_that_of_diamond_is_of_wrong_inputs(length: str, passes: bool, tmp_path: Path) -> None:
+    rng = np.random.default_rng(1)
+    rows = [f"{load},{r},{1e3 * f / 2e4 + rng.normal(0, 0.003):.3f}" for r in (1, 2, 3) for load, f in
+            (("A", 10), ("B", 20), ("C", 30))]  # fmt: skip
+    (tmp_path / "r.csv").write_text("load,repeat,reading / mm\n" + "\n".join(rows) + "\n")
+    found = evaluated(tmp_path, PULLED.replace("LENGTH", length))
+    assert judged(found) == ({"R": "pass"} if passes else {})
+    assert ("above the modulus of diamond, 1.21 TPa" in told(found)) is not passes
+
+
+def test_law_advice_names_what_two_imported_results_share_as_their_report_does(tmp_path: Path) -> None:
+    shared = "quantities: {a: 10.00(1) mm, b: {value: 20.00 mm, uncertainty: [{standard: 1 mm, name: steel tape}]}}\n"
+    first = shared + "derived: [{quantity: p, expression: a+b, unit: mm}, {quantity: q, expression: a+2*b, unit: mm}]\n"
+    found = evaluated(tmp_path, first, "first.yaml")
+    (tmp_path / "r.json").write_bytes(to_json(found))
+    key = sha256((tmp_path / "r.json").read_bytes()).hexdigest()
+    given = "".join(f"  {name}: {{from: r.json, result: {name}, sha256: {key}}}\n" for name in "pq")
+    (advice,) = (
+        one.advice
+        for one in evaluated(
+            tmp_path, f"quantities:\n{given}derived: [{{quantity: s, expression: p+q, unit: mm}}]\n"
+        ).results
+        if one.name == "s"
+    )
+    assert "steel tape" in advice
+    assert "imported-" not in advice
+
+
+@pytest.mark.parametrize("side", ["{value: 10.5(1) mm, source: s}", "{value: {value: 10.5(1) mm, source: s}}"])
+def test_law_a_value_from_elsewhere_may_be_written_under_its_key(side: str, tmp_path: Path) -> None:
+    text = f"quantities: {{a: 10.00(1) mm}}\ncomparisons: [{{between: [a, {side}]}}]\n"
+    (found,) = evaluated(tmp_path, text).comparisons
+    assert found.en == pytest.approx(-2.49, abs=0.01)

@@ -172,7 +172,7 @@ class _Desk:
         try:
             news = stamp.changed(self.output / identity, made.files)
             files = {**made.files, stamp.NAME: stamp.text(stamp.key(packed), made.files, news)}
-            report.place(files, self.output / identity, command="batch")
+            report.place(files, self.output / identity, command="batch", campaign=packed.path)
         except MetrologyError as fault:
             return outcome.refused(path, identity, fault.faults, self.output)
         return outcome.done(path, "made", made.files["results.json"])

@@ -19,6 +19,7 @@ from metrology.declaration.entry import mean
 from metrology.errors import Fault
 from metrology.gum.distributions import Arcsine, Distribution, Normal, Rectangular, Student, Triangular
 from metrology.gum.evaluation import BudgetRow
+from metrology.gum.inputs import NAMELESS
 from metrology.gum.law import effective_dof
 from metrology.gum.rounding import readable
 from metrology.message import said
@@ -31,8 +32,6 @@ SUFFIX = ".json"
 KEYS = {"from", "result", "sha256"}
 _SHAPES = ("rectangular", "triangular", "arcsine")
 """Distributions that their standard uncertainty describes; others enter as normal ones of the same u."""
-_IMPORTED = "imported-"
-"""Beginning of the names of causes that are given here, by file and row of its budget: the same in all campaigns."""
 _LEAST = 1e-9
 """Part of u² below which a difference is rounding."""
 _KEPT = 0.05
@@ -502,8 +501,8 @@ def _enter(
         components = []
         for part in found:
             cause = part.cause
-            if cause not in declared and not cause.startswith(_IMPORTED):
-                cause = _IMPORTED + sha256(f"{entry['sha256'].lower()} {part.key}".encode()).hexdigest()[:12]
+            if cause not in declared and not cause.startswith(NAMELESS):
+                cause = NAMELESS + sha256(f"{entry['sha256'].lower()} {part.key}".encode()).hexdigest()[:12]
             if cause not in declared:
                 data.setdefault("causes", {})[cause] = {"description": f"{part.name}, of {entry['from']}"}
             components.append(_component(part, about, result.unit, cause, own=cause not in declared))

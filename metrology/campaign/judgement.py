@@ -71,7 +71,7 @@ class Side(Entry):
     def _from_text(cls, data: Any) -> Any:
         if isinstance(data, str):
             return {"quantity": data}
-        if isinstance(data, dict) and "quantity" not in data:
+        if isinstance(data, dict) and "quantity" not in data and not isinstance(data.get("value"), dict):
             return {"value": data}
         return data
 

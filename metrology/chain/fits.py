@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from metrology import units
+from metrology.chain import independence
 from metrology.chain.knowledge import value_of
-from metrology.chain.plan import Identity, Plan
+from metrology.chain.plan import Identity, Plan, Suspect
 from metrology.expression import Expression
 from metrology.findings import Fit as FitFinding
 from metrology.gum import fit as gum_fit
@@ -54,7 +55,24 @@ def add_fits(plan: Plan, campaign: Campaign) -> None:
         plan.ensembles.extend(known.ensembles)
         plan.correlate(known.correlations)
         plan.redrawn.extend(known.redrawn)
+        _suspect(plan, name, stated, regression)
         _add_results(plan, campaign, name, regression)
+
+
+def _suspect(plan: Plan, name: str, stated: Fit, regression: Regression) -> None:
+    """Note what forbids that the parameters are judged: points that are copies, or do not follow the model.
+
+    Where stated uncertainties account for the scatter they account for its order too.
+    """
+    found: tuple[str, ...] = ()
+    if not regression.u.any():
+        found = (said("the points do not scatter, and no uncertainty of them is stated"),)
+    elif regression.p_value is None or regression.p_value < REFUTED:
+        design = regression.basis.gradient(np.asarray(regression.x), regression.basis.values)
+        found = tuple(independence.points(regression.x, regression.y, regression.residuals, design))
+    if found:
+        one = Suspect(said("{name}: {found}.", name=name, found=found), stated.accepted)
+        plan.suspect |= {f"{name}.{parameter}": one for parameter in regression.names}
 
 
 def _regression(campaign: Campaign, name: str, stated: Fit, x: Any, y: Any) -> Regression:
@@ -163,11 +181,12 @@ def _add_results(plan: Plan, campaign: Campaign, name: str, regression: Regressi
         measurand = Measurand(full, solve, units.si_unit(unit), equation)
         plan.add_measurand(measurand, Identity(point.name, "derived", test=name, display_unit=unit))
         used = given.value if point.x is not None else plan.estimates().get(full, nan)
-        plan.warnings.extend(_beyond(stated, full, np.asarray(regression.x) + origin, used))
+        for sentence in _beyond(stated, full, np.asarray(regression.x) + origin, used):
+            plan.suspect[full] = Suspect(sentence, stated.accepted)
 
 
 def _beyond(stated: Fit, full: str, x: Any, used: float) -> Iterator[str]:
-    """Notice where a fit is used beyond its data: nothing there says that the model holds."""
+    """Say where a fit is used beyond its data: nothing there says that the model holds."""
     low, high = float(np.min(x)), float(np.max(x))
     slack = 1e-9 * (high - low)
     if not isfinite(used) or low - slack <= used <= high + slack:

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from metrology import units
-from metrology.chain.plan import Identity, Plan
+from metrology.chain import independence
+from metrology.chain.plan import Identity, Plan, Suspect
 from metrology.declaration.quantity import Stated
 from metrology.errors import MetrologyError
 from metrology.gum import anova, functions
@@ -64,6 +65,7 @@ def add_ensembles(plan: Plan, campaign: Campaign) -> None:
                 repeatability = type_a(said("repeatability"), series[member], source=source)
                 quantity = replace(quantity, components=(repeatability, *quantity.components))
             plan.add_inputs([quantity])
+            _suspect(plan, ensemble, member, series[member], independence.faults(series[member]))
             identity = Identity(member, "derived", display_unit=unit, headline=len(campaign.derived) == 0)
             plan.add_measurand(
                 Measurand(f"{name}.{member}", value_of(member), quantity.unit, said("mean of the readings")), identity
@@ -113,6 +115,7 @@ def _add_groups(plan: Plan, campaign: Campaign, name: str) -> None:
         if ensemble.nested
         else said("{first} and {second}, crossed", first=ensemble.crossed[0], second=ensemble.crossed[1])
     )
+    _suspect(plan, ensemble, member, table.numbers[heading], independence.copied(table.numbers[heading]), found.u)
     scatter = Component(label, Normal(found.u), found.dof, "A", source)
     plan.add_inputs([replace(stated, components=(scatter, *stated.components))])
     shown = Identity(member, "derived", display_unit=unit, headline=len(campaign.derived) == 0)
@@ -129,6 +132,22 @@ def _add_groups(plan: Plan, campaign: Campaign, name: str) -> None:
         parts = {squares[other]: part for other, part in one.variance.items()}
         measurand = Measurand(f"{name}.s_{one.name}", _deviation(parts), stated.unit, _equation(one))
         plan.add_measurand(measurand, Identity(f"s_{one.name}", "derived", display_unit=unit, headline=False))
+
+
+def _suspect(
+    plan: Plan, ensemble: fits.Ensemble, member: str, values: Any, found: Iterator[str], u: float = 1.0
+) -> None:
+    """Note what forbids that readings are taken as they stand; `u`: their scatter, zero of groups that are alike."""
+    faults = tuple(found)
+    if not ensemble.uncertainty.get(member):
+        if not np.ptp(values):
+            text = "all {count} readings are alike, and no resolution of them is stated"
+            faults = (said(text, count=len(values)),)
+        elif not u:
+            faults = (*faults, said("the means of the groups do not scatter, and no resolution is stated"))
+    if faults:
+        sentence = said("{name}: {found}.", name=member, found=faults)
+        plan.suspect[member] = Suspect(sentence, ensemble.accepted)
 
 
 def _equation(one: anova.Stratum) -> str:

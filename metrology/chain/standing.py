@@ -18,7 +18,7 @@ from metrology.findings import AsStated
 from metrology.gum.comparison import en
 from metrology.gum.output import probability
 from metrology.gum.points import REFUTED
-from metrology.gum.rounding import significant
+from metrology.gum.rounding import readable, significant
 from metrology.message import counted, said
 from metrology.slip import likely
 
@@ -47,6 +47,10 @@ which honest moduli of one class of material differ, and two, which half of a se
 MATERIAL = re.compile(r"(E|G|nu|rho)(_0|_inf|_t|_sec|_tan)?")
 """Quantities of a material: what a handbook says of them is of another specimen, and holds within its class (`CLASS`).
 A value known from elsewhere of any other quantity is of this very one."""
+MODULUS = re.compile(r"E(_0|_inf|_t|_sec|_tan)?")
+STIFFEST = 1.21e12
+"""Modulus in Pa of diamond along ⟨111⟩, by c11 = 1079, c12 = 124, c44 = 578 GPa (H. J. McSkimin, P. Andreatch, J. Appl.
+Phys. 43 (1972) 2944): no material is stiffer. A unit wrong by 1000 makes one that is."""
 DAMPING = ("c", "zeta")
 """Results of a test that say nothing of its other ones."""
 SHARE = 0.05
@@ -225,8 +229,10 @@ def doubts(
 ) -> dict[str, tuple[Doubt, ...]]:
     """Failed checks on the way to every result, by its name; an acceptance that fits none joins the warnings."""
     against, of_names = _contradictions(campaign, plan, compared)
+    for name, doubt in _impossible(plan, evaluation):
+        against[plan.identities[name].test] = (*against.get(plan.identities[name].test, ()), doubt)
     found = {test.id: _accepted(campaign, plan, test, against.get(test.id, ())) for test in plan.tests}
-    for names in (_of_fits(campaign, plan), _of_imports(campaign, plan)):
+    for names in (_of_readings(plan), _of_fits(campaign, plan), _of_imports(campaign, plan)):
         for name, more in names.items():
             of_names[name] = (*of_names.get(name, ()), *more)
     return {
@@ -245,6 +251,12 @@ def _matters(evaluation: Evaluation, name: str, given: str) -> bool:
     estimate = evaluation.estimates[name]
     part = sum(row.contribution for row in estimate.budget if row.input == given)
     return part**2 > SHARE * estimate.u**2 if isfinite(estimate.u) else True
+
+
+def _of_readings(plan: Plan) -> dict[str, tuple[Doubt, ...]]:
+    """Means and fits whose readings are not independent or do not scatter, and fits that are used beyond their data."""
+    plan.warnings.extend(dict.fromkeys(one.sentence for one in plan.suspect.values()))
+    return {name: (_with(Doubt("readings", one.sentence), one.accepted),) for name, one in plan.suspect.items()}
 
 
 def _of_fits(campaign: Campaign, plan: Plan) -> dict[str, tuple[Doubt, ...]]:
@@ -318,6 +330,20 @@ def _undetermined(plan: Plan, name: str, evaluation: Evaluation) -> Iterator[Dou
             text = "{name} is not determined: its interval reaches from {low:.3g} to {high:.3g} {unit}."
             sentence = said(text, name=name, low=float(low), high=float(high), unit=estimate.unit)
             yield Doubt(UNDETERMINED, sentence)
+
+
+def _impossible(plan: Plan, evaluation: Evaluation) -> Iterator[tuple[str, Doubt]]:
+    """Moduli that no material has: force, stretch, length or section of the test is wrong, it is not known which."""
+    for name, estimate in evaluation.estimates.items():
+        identity, (value, u) = plan.identities[name], estimate.reported
+        of_test = identity.method != "derived" and MODULUS.fullmatch(identity.quantity)
+        if of_test and isfinite(u) and value - 2 * u > STIFFEST:
+            text = (
+                "{name} is above the modulus of diamond, {limit:figures}: force, stretch, length or section is wrong."
+            )
+            sentence = said(text, name=name, limit=readable(STIFFEST, "Pa", 3))
+            plan.warnings.append(sentence)
+            yield name, Doubt("modulus", sentence)
 
 
 def _accepted(campaign: Campaign, plan: Plan, test: TestItem, more: Sequence[Doubt]) -> tuple[Doubt, ...]:

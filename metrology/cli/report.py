@@ -60,10 +60,10 @@ def report(options: argparse.Namespace) -> int:
                 traces=evaluated.traces,
             )
         except UnprintedError as error:
-            place({**error.files, **further}, folder)
+            place({**error.files, **further}, folder, campaign=evaluated.campaign.path)
             raise
         progress("writing")
-        place({**files, **further}, folder)
+        place({**files, **further}, folder, campaign=evaluated.campaign.path)
         if options.open:
             opening.show(folder / "report.html")
 

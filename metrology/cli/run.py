@@ -29,4 +29,4 @@ def write(evaluated: Evaluated, folder: Path, _progress: Progress) -> None:
     from metrology.report import write_results
 
     further = extended(evaluated.campaign, evaluated.findings, folder)
-    write_results(evaluated.findings, folder, further=further)
+    write_results(evaluated.findings, folder, further=further, campaign=evaluated.campaign.path)

@@ -224,7 +224,7 @@ class _Composer:
         event = next(self.events)
         if isinstance(event, yaml.StreamEndEvent):
             raise MetrologyError(
-                Fault(f"{self.document.path}:1:1", "an empty file", "a campaign, beginning with 'format:'")
+                Fault(f"{self.document.path}:1:1", "an empty file", "entries, the first of them 'format:'")
             )
         self.document.data = self._node(next(self.events), ())
         next(self.events)

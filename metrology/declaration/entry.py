@@ -53,7 +53,10 @@ def _detail(refusal: Refusal) -> InitErrorDetails:
 
 def refusals(error: ValidationError, fields: Mapping[str, Any] | None = None) -> list[Refusal]:
     """Refusals of a validation error; `fields` are those of the entry whose own keys it judges."""
-    return [_refusal(dict(row), fields or {}) for row in error.errors(include_url=False)]
+    rows: list[dict[str, Any]] = [dict(row) for row in error.errors(include_url=False)]
+    # An entry that is refused is missing in its list, which is then too short for that reason alone.
+    within = {row["loc"][: len(row["loc"]) - 1] for row in rows}
+    return [_refusal(row, fields or {}) for row in rows if row["type"] != "too_short" or row["loc"] not in within]
 
 
 def _refusal(row: dict[str, Any], fields: Mapping[str, Any]) -> Refusal:
@@ -92,6 +95,7 @@ _KINDS = {
     "model_attributes_type": "a mapping of 'key: value' entries",
     "tuple_type": "a list: '[first, second]', or lines that begin with '- '",
     "too_long": "two entries",
+    "too_short": "one entry at least",
     "string_type": "a text",
 }
 

@@ -47,6 +47,12 @@ class Ensemble(Entry):
         examples=["[operator, part]"],
     )
     source: Text = Field("", description="Where the readings come from.", examples=["laboratory book 7, page 12"])
+    accepted: Acceptance | None = Field(
+        None,
+        description="Why what follows from readings that are copies, alike or not independent is judged all the same, "
+        "and who says so; without it there is no verdict.",
+        examples=["{reason: a counter without noise, by: A. Smith}"],
+    )
 
     @model_validator(mode="after")
     def _one_layout(self) -> Ensemble:
@@ -283,8 +289,9 @@ class Fit(Entry):
     source: Text = Field("", description="Where the data come from.", examples=["certificate C-123"])
     accepted: Acceptance | None = Field(
         None,
-        description="Why what follows from the fit is judged although χ² refutes it with `scatter: stated`, and who "
-        "says so; without it there is no verdict.",
+        description="Why what follows from the fit is judged although χ² refutes it with `scatter: stated`, its "
+        "points are copies or do not follow the model, or it is used beyond them, and who says so; without it there is "
+        "no verdict.",
         examples=["{reason: one point of a worn gauge, by: A. Smith}"],
     )
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from math import hypot, sqrt
 
 from metrology.gum.evaluation import BudgetRow
-from metrology.gum.inputs import Knowledge
+from metrology.gum.inputs import NAMELESS, Knowledge
 from metrology.gum.rounding import readable
 from metrology.message import said
 
@@ -136,9 +136,14 @@ def _levers(rows: Sequence[BudgetRow], knowledge: Knowledge, u: float) -> list[L
         group.append(row)
     return [
         *(_of_input(name, group, u) for name, group in inputs.items()),
-        *(_together("cause", name, group) for name, group in causes.items()),
+        *(_together("cause", _called(name, group), group) for name, group in causes.items()),
         *(_of_readings(name, group) for name, group in sets.items()),
     ]
+
+
+def _called(cause: str, group: Sequence[BudgetRow]) -> str:
+    """A cause as a reader knows it: one that no person named by its components."""
+    return group[0].component if cause.startswith(NAMELESS) else cause
 
 
 def _joined(knowledge: Knowledge) -> dict[str, str]:

@@ -18,6 +18,10 @@ KNOWN = 1e6
 """Degrees of freedom of a covariance that is stated, not estimated: as good as infinite."""
 
 
+NAMELESS = "imported-"
+"""Beginning of the names of causes that no person named: of results of other campaigns, by file and row."""
+
+
 @dataclass(frozen=True)
 class Component:
     """One cause of uncertainty of an input: an additive, zero-mean influence with a distribution of its own.

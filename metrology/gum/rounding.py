@@ -9,6 +9,8 @@ import re
 from decimal import ROUND_HALF_EVEN, Decimal, localcontext
 from math import isfinite
 
+from metrology.units import shown
+
 _PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 3: "k", 6: "M", 9: "G", 12: "T"}
 _PREFIXABLE = re.compile(r"(m|g|s|A|V|W|N|J|Pa|Hz|Ω)(?![A-Za-zΩ^²³])")
 _SMALLEST_PLAIN = -5
@@ -121,25 +123,25 @@ def readable(value: float, unit: str, digits: int = 2) -> str:
     Returns
     -------
     str
-        Number and unit.
+        Number and unit, as it is printed.
 
     Examples
     --------
     >>> readable(2.7e-6, "m"), readable(335.5, "N/m"), readable(3.29e9, "Pa"), readable(0.0123, "1")
     ('2.7 µm', '340 N/m', '3.3 GPa', '0.012')
     >>> readable(1.5e-5, "kg"), readable(1.5e-8, "m^2")
-    ('15 mg', '1.5e-8 m^2')
+    ('15 mg', '1.5e-8 m²')
     """
     if unit == "kg" and 0 < abs(value) < 1:
         value, unit = value * 1000, "g"
-    symbol = "" if unit == "1" else f" {unit}"
+    symbol = "" if unit == "1" else f" {shown(unit)}"
     if not value or not isfinite(value):
         return f"{value:g}{symbol}"
     mantissa, _, exponent = f"{value:.{digits - 1}e}".partition("e")
     power = int(exponent)
     prefix = _PREFIXES.get(power // 3 * 3, "") if _PREFIXABLE.match(unit) else ""
     if prefix:
-        power, symbol = power % 3, f" {prefix}{unit}"
+        power, symbol = power % 3, f" {prefix}{shown(unit)}"
     if -4 <= power < 5:
         return f"{float(f'{mantissa}e{power}'):.{max(digits - 1 - power, 0)}f}{symbol}"
     return f"{mantissa}e{power}{symbol}"

@@ -6,6 +6,8 @@ import re
 from dataclasses import dataclass
 from math import floor, isfinite, log10
 
+from metrology.units import shown
+
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _NUMERAL = re.compile(r"[+\-−]?(?:\d+(?:\.\d+)?|\.\d+)(?:[eE][+-]?\d+)?")
 _PLAIN = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
@@ -49,14 +51,7 @@ class Shown:
 
 def unit_text(unit: str) -> str:
     """Unit for the eye: ``kg/m^3`` → ``kg/m³``, ``1`` → nothing."""
-    if unit == "1":
-        return ""
-    text = unit.replace("**", "^").replace("*", "·").replace("um", "µm") if unit != "um" else "µm"
-    stem, *powers = text.split("^")
-    for power in powers:
-        digits = len(power) - len(power.lstrip("-0123456789"))
-        stem += power[:digits].translate(_SUPERSCRIPT) + power[digits:]
-    return stem
+    return shown(unit)
 
 
 def scale(magnitude: float, unit: str) -> tuple[float, str]:

@@ -164,7 +164,8 @@ def _half(weights: Array, away: Array, u: Array, dof: float) -> float:
     low, high = 0.0, float((np.abs(away) + reach * u).max())
     found = high
     for _ in range(HALVINGS):
-        inside = float(weights @ (stdtr(dof, (found - away) / u) - stdtr(dof, (-found - away) / u)))
+        with np.errstate(over="ignore"):  # an end infinitely many u away has all on one side
+            inside = float(weights @ (stdtr(dof, (found - away) / u) - stdtr(dof, (-found - away) / u)))
         low, high = (found, high) if inside < COVERED else (low, found)
         found = (low + high) / 2
     return found / reach

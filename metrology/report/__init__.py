@@ -66,22 +66,24 @@ def write(
     place(files, folder)
 
 
-def place(files: Mapping[str, bytes], folder: Path, *, command: str = "report") -> None:
+def place(files: Mapping[str, bytes], folder: Path, *, command: str = "report", campaign: Path | None = None) -> None:
     """Write the files of a report, as `make` returned them, into `folder`, all or none of them.
 
-    The audit trail there gets a line by the name of the command. An older PDF does not stay where `files` has none.
+    The audit trail there gets a line by the name of the command, with the campaign file that was evaluated. An older
+    PDF does not stay where `files` has none.
 
     Raises
     ------
     MetrologyError
-        Where the folder cannot be written, a signed report of other content is in the way, or the trail is damaged.
+        Where the folder cannot be written, a signed report of other content or what another campaign gave is in the
+        way, or the trail is damaged.
     """
     from metrology.report import recorded, results, signed, staging
 
     def settle() -> dict[str, bytes]:
         pdf = signed.kept(folder / PDF, files.get(PDF))
         settled = {} if pdf is None else {PDF: pdf}
-        return settled | recorded.line(folder, command, {**files, **settled})
+        return settled | recorded.line(folder, command, {**files, **settled}, campaign=campaign)
 
     staging.replace_folder(folder, files, gone=(PDF, *results.SOMETIMES), settle=settle)
 
@@ -143,14 +145,18 @@ def _page(
     return html.render(findings, plots, files, templates=templates, allow_code=allow_code), files, made
 
 
-def write_results(findings: Findings, folder: Path, *, further: Mapping[str, bytes] | None = None) -> None:
+def write_results(
+    findings: Findings, folder: Path, *, further: Mapping[str, bytes] | None = None, campaign: Path | None = None
+) -> None:
     """Write `results.json`, `results.csv` and further files into `folder`, without a report, all or none of them.
+
+    `campaign`: the file that was evaluated.
 
     Raises
     ------
     MetrologyError
-        Where the folder cannot be written, or holds a report that was made from other results.
+        Where the folder cannot be written, or holds what another campaign gave, or a report of other results.
     """
     from metrology.report import results
 
-    results.write(findings, folder, further or {})
+    results.write(findings, folder, further or {}, campaign)

@@ -24,19 +24,21 @@ def files(findings: Findings) -> dict[str, bytes]:
     return {"results.json": to_json(findings), "results.csv": tables.results_csv(findings)}
 
 
-def write(findings: Findings, folder: Path, further: Mapping[str, bytes]) -> None:
+def write(findings: Findings, folder: Path, further: Mapping[str, bytes], campaign: Path | None = None) -> None:
     """Write both files and further ones into `folder`, all or none; other files in it stay.
+
+    `campaign`: the file that was evaluated.
 
     Raises
     ------
     MetrologyError
-        Where the folder cannot be written, or holds a report that was made from other results.
+        Where the folder cannot be written, or holds what another campaign gave, or a report of other results.
     """
     made = files(findings)
 
     def settle() -> dict[str, bytes]:
         _refuse_other(folder, made["results.json"])
-        return recorded.line(folder, "run", {**made, **further})
+        return recorded.line(folder, "run", {**made, **further}, campaign=campaign)
 
     staging.replace_folder(folder, {**made, **further}, gone=SOMETIMES, settle=settle)
 

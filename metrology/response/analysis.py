@@ -10,9 +10,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from metrology import estimation, raw, verify
+from metrology.check import Check
 from metrology.errors import MetrologyError
 from metrology.estimation import Estimated, Identification, MeasuredRun, Prior
 from metrology.estimation.covariance import Covariance
+from metrology.estimation.fit import CONTRADICTED
 from metrology.estimation.inspection import COLUMNS, without_saturation
 from metrology.estimation.inspection import faults as implausible
 from metrology.estimation.priors import WIDER
@@ -137,7 +139,16 @@ def analyse(
     readable, notes = _readable(test)
     found = (_fitted if test.free else _simulated)(readable, rng, progress, once, judged=judged)
     sound = raw.check({name: channel for run in readable.runs for name, channel in _channels(run)})
-    return replace(found, finding=replace(found.finding, notes=(*notes, *found.finding.notes), checks=(sound,)))
+    checks = (sound, *_contradicted(found.finding))
+    return replace(found, finding=replace(found.finding, notes=(*notes, *found.finding.notes), checks=checks))
+
+
+def _contradicted(finding: ResponseFinding) -> Iterator[Check]:
+    """The check that fails where the runs move what is stated of an input too far; an effect of the model may do so."""
+    apart = {one.name: abs(one.value - one.prior) / one.prior_u for one in finding.inputs if one.prior_u}
+    if names := tuple(name for name, distance in apart.items() if distance > CONTRADICTED):
+        text = "The fitted and the stated {names:comma} disagree by more than {limit:g} u."
+        yield Check("stated inputs", max(apart.values()), None, False, said(text, names=names, limit=CONTRADICTED))
 
 
 def _channels(run: MeasuredRun) -> Iterator[tuple[str, Channel]]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
+from xml.etree import ElementTree as ET
 
 if TYPE_CHECKING:
     from metrology.signoff.opened import Opened
@@ -27,6 +28,8 @@ def faults(opened: Opened) -> Iterator[str]:
         yield "several signatures were added at once"
     if any(not _validation_data(opened, number) for number in others):
         yield "something else than signatures was added to the report"
+    if any(_described(opened, number) != _described(opened, 0) for number in range(1, opened.revisions)):
+        yield "what the file says of itself, such as its title, was changed"
     if readable and not _reaches_the_end(opened, readable):
         yield "it goes on behind the last signature"
     if any(_visible(embedded.sig_field) for embedded in readable):
@@ -61,6 +64,42 @@ def _validation_data(opened: Opened, number: int) -> bool:
     except (SuspiciousModification, PdfError):
         return False
     return number > 1  # before the first signature there is nothing to validate
+
+
+NOTED = ("/ModDate", "/Producer")
+"""What programs note in the document information when they change a file: when, and by which program."""
+SHOWN = "{http://purl.org/dc/elements/1.1/}"
+"""Namespace of what viewers and archives show of the metadata: title, authors, subject."""
+
+
+def _described(opened: Opened, number: int) -> tuple[dict[str, str], list[tuple[str, str]]]:
+    """What a revision says of the file itself, but for when and by what it was last changed.
+
+    Programs write the same metadata in other words of RDF; what is shown of them counts.
+    """
+    reader = opened.reader
+
+    def held(within: Any, key: str) -> Any:
+        one = within.raw_get(key) if key in within else None
+        return one if one is None or not hasattr(one, "reference") else reader.get_object(one.reference, number)
+
+    trailer = reader.get_historical_resolver(number).trailer_view
+    info, metadata = held(trailer, "/Info"), held(held(trailer, "/Root"), "/Metadata")
+    stated = {str(key): str(info.raw_get(key)) for key in info or () if key not in NOTED}
+    return stated, _shown(metadata.data) if metadata is not None else []
+
+
+def _shown(metadata: bytes) -> list[tuple[str, str]]:
+    """Name and text of every property of `SHOWN`; all of what is no plain XML, or has entities of its own."""
+    whole = [("", metadata.decode("utf-8", "replace"))]
+    if b"<!" in metadata:
+        return whole
+    try:
+        tree = ET.fromstring(metadata)  # noqa: S314 - bounded, and without a document type no entity is declared
+    except ET.ParseError:
+        return whole
+    texts = [(one.tag, "".join(one.itertext()).strip()) for one in tree.iter() if one.tag.startswith(SHOWN)]
+    return sorted([*texts, *(item for one in tree.iter() for item in one.items() if item[0].startswith(SHOWN))])
 
 
 def _reaches_the_end(opened: Opened, readable: list[Any]) -> bool:

@@ -14,12 +14,14 @@ from math import isfinite
 from metrology.units import decimals
 from metrology.units.decimals import GOOD
 from metrology.units.dimensions import NAMES, Dimension, product_text, quoted
-from metrology.units.symbols import OFFSETS, UnitError, powers, symbols
+from metrology.units.symbols import OFFSETS, UnitError, powers, shown, symbols
 
 LARGEST = 1e75
 """Largest value in SI, and the smallest is its inverse: a fourth power, as in fits of the square, is finite still."""
 
-__all__ = ["Dimension", "Quantity", "Unit", "UnitError", "convert", "dimension", "factor", "parse", "si_unit", "unit"]
+__all__ = [
+    "Dimension", "Quantity", "Unit", "UnitError", "convert", "dimension", "factor", "parse", "shown", "si_unit", "unit",
+]  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from fractions import Fraction
 from functools import cache
 from math import log, pi
 
-from metrology.units.dimensions import Dimension, TextError, quoted
+from metrology.units.dimensions import NAMES, Dimension, TextError, quoted
 
 MAX_LENGTH = 100
 MAX_POWER = 12
@@ -225,13 +225,42 @@ def _canonical(symbol: str, reader: _UnitReader) -> str:
     if symbol in table:
         return table[symbol][0]
     near = sorted({other for other in table if other.casefold() == symbol.casefold()})
-    fix = f"case counts; did you mean {' or '.join(repr(other) for other in near)}?" if near else ""
+    case = "case counts; " if near else ""
+    for at in range(1, len(symbol)):
+        first, second = symbol[:at], symbol[at:]
+        if {first, second} <= table.keys() and table[first][1][2] * table[second][1][2] in NAMES:
+            near.append(f"{first}*{second}")
+    fix = f"{case}did you mean {' or '.join(repr(other) for other in near)}?" if near else ""
     raise UnitError(
         f"{quoted(symbol)} in the unit {quoted(reader.text)}",
         "a symbol of a unit, such as 'mm' or 'kN'",
         fix,
         (symbol, near[0]) if len(near) == 1 else None,
     )
+
+
+_SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+_WORD = re.compile(r"[^\W\d_]+|°\w?")
+_POWERS = re.compile(r"\^(-?\d+)")
+
+
+def shown(unit: str) -> str:
+    """Unit for the eye, however it was typed; nothing for a number.
+
+    Examples
+    --------
+    >>> shown("kg/m^3"), shown("um"), shown("degC"), shown("deg"), shown("N*s/m"), shown("1")
+    ('kg/m³', 'µm', '°C', '°', 'N·s/m', '')
+    """
+    if unit == "1":
+        return ""
+    text = unit.replace("**", "^").replace("*", "·")
+    text = _WORD.sub(lambda found: {"deg": "°"}.get(one := _symbol(found[0]), one), text)
+    return _POWERS.sub(lambda found: found[1].translate(_SUPERSCRIPT), text)
+
+
+def _symbol(text: str) -> str:
+    return symbols().get(text, (text,))[0]
 
 
 def powers(text: str) -> Powers:

@@ -224,7 +224,7 @@ def test_refusal_of_an_alias_bomb(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        (b"", "campaign.yaml:1:1: got an empty file; expected a campaign, beginning with 'format:'"),
+        (b"", "campaign.yaml:1:1: got an empty file; expected entries, the first of them 'format:'"),
         (b"- a\n- b\n", "campaign.yaml:1:1: got a list; expected a mapping of 'key: value' entries"),
         (b"id: \xe9\n", "campaign.yaml:1: got byte 0xe9; expected text in UTF-8. Fix: save the file as UTF-8"),
         (b"a: " + b"[" * 30 + b"]" * 30 + b"\n", "campaign.yaml:1:24: got more than 20 levels; expected a campaign as documented"),
@@ -271,3 +271,12 @@ def test_limit_a_campaign_has_as_many_results_as_their_correlations_can_be_kept(
     (told,) = faults("derived:\n", "derived:\n" + more)
     assert "tests, fits and derived quantities; expected at most 200" in told
     assert "metrology collect" in told
+
+
+def test_refusal_of_a_language_is_one_fault(tmp_path: Path) -> None:
+    path = tmp_path / "campaign.yaml"
+    path.write_text("format: metrology-campaign/1\nid: a\ntitle: A\nreport: {language: english}\n")
+    with pytest.raises(MetrologyError) as refused:
+        load(path)
+    (fault,) = refused.value.faults
+    assert str(fault).endswith("report.language: got 'english'; expected one of 'en', 'de', 'fr', 'it', 'es'")

@@ -211,3 +211,14 @@ def test_law_a_table_that_cannot_be_made_leaves_the_older_one_whole(series, tmp_
 
 def _full(_handle):
     raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+def test_planted_a_file_that_was_changed_by_hand_is_not_collected(tmp_path, capsys):
+    text = "format: metrology-campaign/1\nid: c\ntitle: C\nquantities: {a: 1.25(1) mm}\n"
+    (tmp_path / "campaign.yaml").write_text(f"{text}derived: [{{quantity: d, expression: 2*a, unit: mm}}]\n")
+    assert main(["run", str(tmp_path), "--output", str(tmp_path / "reports"), "--quiet"]) == 0
+    results = tmp_path / "reports" / "c" / "results.json"
+    assert [row.value for row in collect.collect(tmp_path / "reports").rows] == [pytest.approx(2.5e-3)]
+    results.write_text(results.read_text().replace("0.0025", "0.0035"))
+    assert main(["collect", str(tmp_path / "reports"), "--out", str(tmp_path / "all.csv")]) == 2
+    assert "got content that audit.jsonl beside it does not know" in capsys.readouterr().err

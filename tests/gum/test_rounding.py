@@ -75,7 +75,7 @@ def test_law_tolerance_is_half_a_unit_of_the_last_of_the_digits(u, digits):
         (2.7e-6, "m", "2.7 µm"),
         (335.5, "N/m", "340 N/m"),
         (0.0, "m", "0 m"),
-        (1.5e-8, "m^2", "1.5e-8 m^2"),
+        (1.5e-8, "m^2", "1.5e-8 m²"),
         (9.96e-4, "s", "1.0 ms"),
         (0.05, "kg", "50 g"),
         (INF, "m", "inf m"),

@@ -304,3 +304,25 @@ def test_refusal_attachments_of_another_kind(evaluated, tmp_path: Path):
     (tmp_path / "x.pdf").write_bytes(made["report.pdf"])
     with pytest.raises(MetrologyError, match="of another kind"):
         signoff.verify(tmp_path / "x.pdf")
+
+
+def retitle(writer: IncrementalPdfFileWriter) -> None:
+    writer.set_info(generic.DictionaryObject({generic.pdf_name("/Title"): generic.pdf_string("Another title")}))
+
+
+def rename_author(writer: IncrementalPdfFileWriter) -> None:
+    metadata = writer.root["/Metadata"]
+    changed = metadata.data.replace(b"</rdf:Seq></dc:creator>", b"<rdf:li>A. Forger</rdf:li></rdf:Seq></dc:creator>")
+    assert changed != metadata.data
+    writer.root["/Metadata"] = writer.add_object(
+        generic.StreamObject({generic.pdf_name("/Type"): generic.pdf_name("/Metadata")}, stream_data=changed)
+    )
+    writer.update_root()
+
+
+@pytest.mark.parametrize("change", [retitle, rename_author])
+def test_planted_another_title_or_author_of_the_file_behind_the_signatures(change, stages, judge) -> None:
+    found = judge(updated(stages[3], change))
+    assert found["file"][0] == "failed"
+    assert "what the file says of itself, such as its title, was changed" in found["file"][1]
+    assert found["outcome"][0] == "failed"

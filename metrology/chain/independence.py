@@ -1,0 +1,159 @@
+"""Checks of readings that are taken as independent: those of one quantity, and the points of a fit (JCGM 100, 4.2.1).
+
+s/√n and the covariance of a fit hold for independent readings alone. Copies, held readings, a range that ends and a
+drift make them too small, or nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import lgamma, log, sqrt
+from typing import Any
+
+import numpy as np
+from scipy.special import betainc, ndtr
+
+from metrology.gum.output import probability
+from metrology.message import said
+from metrology.raw import CHANCE, JUMP, SAME, again, divisor, updated
+from metrology.timeseries import Floats
+
+RARE = 1e-6
+"""Probability below which equal readings are no chance: fewer than one sound record of a million, as of raw records."""
+BLOCK = 3
+"""Readings of the shortest stretch, and of the fewest at one level, that are taken for copies."""
+FEWEST = 7
+"""Readings, or points and one less for each further parameter, from which on their order can tell: 1/7! < `CHANCE`."""
+MOST = 200
+"""Readings up to which the ratio of von Neumann is compared with draws; beyond it is normal."""
+DRAWS = 20_000
+"""Draws of the ratio: twenty below `CHANCE`."""
+
+
+def faults(values: Any) -> Iterator[str]:
+    """What forbids that readings are taken as independent ones of one quantity, in words."""
+    value = np.asarray(values, dtype=float)
+    if not np.ptp(value):
+        return
+    yield from copied(value)
+    p = ordered(value - value.mean(), np.ones((len(value), 1)))
+    if p < CHANCE:
+        text = (
+            "neighbouring readings are alike ({p:figures}), as of a drift, a step or an order by size: s/√n is too "
+            "small for them"
+        )
+        yield said(text, p=_p(p))
+
+
+def copied(values: Any) -> Iterator[str]:
+    """Readings that stand for others: held, at the end of a range, or once more; in words."""
+    value = np.asarray(values, dtype=float)
+    held = updated(value)
+    if held > 1:
+        yield said("each of the readings stands {count} times in a row", count=held)
+        return
+    if count := _alike(np.sort(value), _step(value)):
+        text = "{count} of {whole} readings are the same: held, or at the end of the range"
+        yield said(text, count=count, whole=len(value))
+        return
+    if length := _twice(value):
+        yield said("a stretch of {count} readings is among them more than once", count=length)
+
+
+def points(x: Any, y: Any, residuals: Any, design: Any) -> Iterator[str]:
+    """What forbids that the scatter of points about a fit is a measure of its uncertainty, in words.
+
+    Parameters
+    ----------
+    x, y : array_like, shape (n,)
+    residuals : array_like, shape (n,)
+        Of the points about the fit, each over its stated uncertainty where there is one.
+    design : array_like, shape (n, p)
+        Derivatives of the fit by its parameters, in the unit of `residuals`.
+    """
+    x, y, rest = (np.asarray(data, dtype=float) for data in (x, y, residuals))
+    rows = np.unique(np.stack([x, y], axis=1), axis=0, return_inverse=True)[1].ravel().astype(float)
+    if length := _twice(rows):
+        yield said("a stretch of {count} points is among them more than once", count=length)
+        return
+    order = np.argsort(x, kind="stable")
+    p = ordered(rest[order], np.asarray(design, dtype=float)[order])
+    if p < CHANCE:
+        text = (
+            "residuals of neighbouring points are alike ({p:figures}): the points do not follow the model, and their "
+            "scatter about it says too little of u"
+        )
+        yield said(text, p=_p(p))
+
+
+def _p(p: float) -> str:
+    chance = probability(p)
+    return f"p {chance}" if chance.startswith("<") else f"p = {chance}"
+
+
+def ordered(residuals: Floats, design: Floats) -> float:
+    """Probability of so small a ratio of von Neumann, Σ(r_i − r_(i−1))²/Σ r², by chance.
+
+    Of residuals of a fit to n points with independent normal errors: by draws of these, from which what the fit takes
+    up is removed. Sources: J. von Neumann, Ann. Math. Stat. 12 (1941) 367; J. Durbin, G. S. Watson, Biometrika 37
+    (1950) 409.
+    """
+    n, p = design.shape
+    square = float(residuals @ residuals)
+    if n < FEWEST + p - 1 or not square > 0.0:
+        return 1.0
+    ratio = float(np.square(np.diff(residuals)).sum()) / square
+    if n > MOST:
+        return float(ndtr((ratio - 2.0) * sqrt(n) / 2.0))
+    basis = np.linalg.qr(design)[0]
+    drawn = np.random.default_rng(0).standard_normal((DRAWS, n))
+    drawn -= (drawn @ basis) @ basis.T
+    ratios = np.square(np.diff(drawn, axis=1)).sum(axis=1) / np.square(drawn).sum(axis=1)
+    return float((np.count_nonzero(ratios <= ratio) + 1) / (DRAWS + 1))
+
+
+def _step(value: Floats) -> float:
+    """Step of which all readings are multiples; without any, what rounding of their file cannot distinguish."""
+    steps = np.diff(np.unique(value))
+    least = SAME * float(steps.max(initial=0.0))
+    return divisor(steps[steps > least]) or least
+
+
+def _alike(value: Floats, step: float) -> int:
+    """Sorted readings at the level that most of them have, where so many are no chance; else none.
+
+    In one step of the readings lies at most the share step/(width of the densest half of all others); where that is a
+    third or more, noise does not exceed the last digit. No level may have nearly as many, as where the readings have
+    few values by nature; of the two ends of a range that are cut off only one is compared.
+    """
+    levels, counts = np.unique(value, return_counts=True)
+    count, level = int(counts.max()), float(levels[counts.argmax()])
+    others = value[value != level]
+    half = len(others) // 2 + 1
+    if count < BLOCK or half > len(others):
+        return 0
+    width = float((others[half - 1 :] - others[: len(others) - half + 1]).min())
+    if width <= JUMP * step:
+        return 0
+    ends = {levels[0], levels[-1]} if level in (levels[0], levels[-1]) else {level}
+    second = int(counts[~np.isin(levels, list(ends))].max(initial=0))
+    choices = lgamma(len(value) + 1) - lgamma(count + 1) - lgamma(len(value) - count + 1)
+    rare = choices + (count - 1) * log(step / width) < log(RARE)
+    return count if rare and len(levels) * float(betainc(count, second + 1, 0.5)) < CHANCE else 0
+
+
+def _twice(value: Floats) -> int:
+    """Length of the longest stretch that is among the readings twice, where it is no chance; else 0.
+
+    Two readings are equal with a probability p that all pairs of them tell, but for those of the stretch itself; among
+    n²/2 pairs of places n²/2·p^L agree in L readings in a row.
+    """
+    n, counts = len(value), np.unique(value, return_counts=True)[1].astype(float)
+    pairs, whole = float((counts * (counts - 1)).sum()) / 2, n * (n - 1) / 2
+    for length in range(BLOCK, n // 2 + 1):
+        share = (max(pairs - length, 0.0) + 1.0) / whole
+        if share >= 1.0 or length > MOST:
+            return 0
+        if log(whole) + length * log(share) < log(RARE):
+            return again(value, length)
+    return 0

@@ -1,0 +1,109 @@
+"""Readings that are taken as independent: copies, held and cut off ones, a drift, points that leave their line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from metrology import chain
+from metrology.campaign.load import load
+from metrology.chain import independence
+
+HEAD = "format: metrology-campaign/1\nid: W\ntitle: Independent readings\n"
+REQUIRED = "requirements: [{{id: R, quantity: {name}, limits: {{upper: {upper}}}, decision: {{rule: guard band}}}}]\n"
+NORMAL = np.random.default_rng(3).normal(5.0, 0.01, 20).round(5)
+DRIFT = NORMAL + 0.01 * np.arange(20)
+CLIPPED = np.minimum(np.random.default_rng(4).normal(5.0, 0.2, 40).round(5), 5.0)
+
+
+def evaluated(folder: Path, text: str, **files: str):
+    for name, content in files.items():
+        (folder / f"{name}.csv").write_text(content)
+    (folder / "campaign.yaml").write_text(HEAD + text)
+    return chain.evaluate(load(folder / "campaign.yaml"), coverage=False)
+
+
+def of_readings(folder: Path, values, more: str = ""):
+    text = f'ensembles: {{e: {{readings: v.csv, columns: {{V: "V / V"}}{more}}}}}\n'
+    column = "V / V\n" + "".join(f"{value:.5f}\n" for value in values)
+    return evaluated(folder, text + REQUIRED.format(name="V", upper="9 V"), v=column)
+
+
+@pytest.mark.parametrize(
+    ("values", "why"),
+    [
+        pytest.param(NORMAL, "", id="independent"),
+        pytest.param(NORMAL.round(2), "", id="coarse"),
+        pytest.param(np.tile(NORMAL, 5), "a stretch of 100 readings is among them more than once", id="copied"),
+        pytest.param(np.repeat(np.tile(NORMAL, 2), 3), "each of the readings stands 3 times in a row", id="held"),
+        pytest.param(np.full(8, 5.1), "all 8 readings are alike", id="alike"),
+        pytest.param(CLIPPED, "of 40 readings are the same", id="clipped"),
+        pytest.param(DRIFT, "neighbouring readings are alike", id="drift"),
+    ],
+)
+def test_planted_a_mean_of_readings_that_are_not_independent_is_not_judged(values, why: str, tmp_path: Path) -> None:
+    found = of_readings(tmp_path, values)
+    assert [one.verdict for one in found.conformity] == ([] if why else ["pass"])
+    assert [why in " ".join(one.reasons) for one in found.withheld] == ([True] if why else [])
+    assert any(why in one for one in found.warnings) or not why
+    assert not why or any("V: " in one.sentence for one in found.notices)
+
+
+def test_law_what_is_accepted_or_has_a_resolution_is_judged(tmp_path: Path) -> None:
+    accepted = ", accepted: {reason: a step of the room, by: A. Smith}"
+    found = of_readings(tmp_path, DRIFT, accepted)
+    assert [(one.verdict, "Accepted by A. Smith" in " ".join(one.accepted)) for one in found.conformity] == [
+        ("pass", True)
+    ]
+    known = ", uncertainty: {V: [{half_width: 1 mV, distribution: rectangular}]}"
+    assert [one.verdict for one in of_readings(tmp_path, np.full(8, 5.1), known).conformity] == ["pass"]
+
+
+def test_planted_groups_that_are_copies_of_one_are_not_judged(tmp_path: Path) -> None:
+    text = 'ensembles: {e: {readings: v.csv, columns: {V: "V / V"}, nested: [day]}}\n'
+    for values, why in ((np.tile(NORMAL[:4], 5), "do not scatter"), (np.tile(NORMAL[:10], 2), "more than once")):
+        rows = "".join(f"d{at // 4},{value:.5f}\n" for at, value in enumerate(values))
+        found = evaluated(tmp_path, text + REQUIRED.format(name="V", upper="9 V"), v="day,V / V\n" + rows)
+        assert not found.conformity
+        assert why in " ".join(found.withheld[0].reasons)
+
+
+X = np.linspace(0.0, 10.0, 11)
+LINE = (1 + 0.5 * X + np.random.default_rng(5).normal(0.0, 0.01, 11)).round(5)
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "at", "why"),
+    [
+        pytest.param(X, LINE, "8 mm", "", id="line"),
+        pytest.param(np.tile(X, 6), np.tile(LINE, 6), "8 mm", "is among them more than once", id="copied"),
+        pytest.param(X, 1 + 0.5 * X + 0.02 * X**2, "8 mm", "do not follow the model", id="bowed"),
+        pytest.param(X[:3], 1 + 0.5 * X[:3], "1 mm", "do not scatter", id="exact"),
+        pytest.param(X, LINE, "80 mm", "is an extrapolation", id="beyond"),
+    ],
+)
+def test_planted_a_fit_whose_scatter_is_no_measure_is_not_judged(x, y, at: str, why: str, tmp_path: Path) -> None:
+    rows = "x / mm,y / V\n" + "".join(f"{a:.5f},{b:.5f}\n" for a, b in zip(x, y, strict=True))
+    text = 'fits: {c: {readings: f.csv, x: "x / mm", y: "y / V", predict: [{name: p, x: %s}]}}\n' % at  # noqa: UP031
+    found = evaluated(tmp_path, text + REQUIRED.format(name="c.p", upper="99 V"), f=rows)
+    assert [one.verdict for one in found.conformity] == ([] if why else ["pass"])
+    assert not why or why in " ".join(found.withheld[0].reasons)
+
+
+def test_planted_the_order_of_independent_readings_is_chance(tmp_path: Path) -> None:
+    rng = np.random.default_rng(6)
+    drawn = rng.normal(size=(200, 12))
+    seen = [independence.ordered(one - one.mean(), np.ones((12, 1))) for one in drawn]
+    assert min(seen) > 1e-3
+    assert 0.01 < np.mean(np.array(seen) < 0.05) < 0.1
+
+
+def test_limit_the_ratio_of_many_readings_is_normal() -> None:
+    rest = np.random.default_rng(7).normal(size=independence.MOST)
+    rest += 0.1 * np.sin(np.arange(rest.size) / 20.0)
+    ones = np.ones((rest.size, 1))
+    drawn = independence.ordered(rest - rest.mean(), ones)
+    longer = np.append(rest, rest[:1])
+    assert independence.ordered(longer - longer.mean(), np.ones((longer.size, 1))) == pytest.approx(drawn, abs=0.03)
