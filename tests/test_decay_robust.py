@@ -19,8 +19,9 @@ from metrology.decay import DecayTest
 from metrology.decay.envelope import _variance_near
 from metrology.decay.oscillation import Mode, fit
 from metrology.decay.outliers import masked
+from metrology.decay.separation import separate
 from metrology.gum.inputs import Input
-from metrology.timeseries import Channel
+from metrology.timeseries import Channel, against_neighbours
 
 MASS, FREQUENCY, NOISE = 1.2, 5.0, 2e-6
 OMEGA = 2 * pi * FREQUENCY
@@ -122,6 +123,19 @@ def test_planted_spikes_are_masked_counted_and_leave_no_trace():
         assert after[name] == pytest.approx(before[name], abs=0.3 * u[name])
     # A lost reading costs a filter nothing: what is missing is filled with the fit.
     assert sum(one.peak_used) > 20
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_planted_spike_on_the_last_reading_is_masked(sign: int):
+    """Its neighbours are on one side: off their cubic it is six times less than off the motion. It bent the rest."""
+    clean = record(0.02, np.random.default_rng(3))
+    size = 30 * float(np.median(abs(against_neighbours(clean)))) / 0.6745
+    last = np.arange(len(clean)) == len(clean) - 1
+    spoiled = replace(clean, value=clean.value + sign * size * last)
+    assert not masked(spoiled)[1].size
+    before, after = separate(clean, mains=50.0), separate(spoiled, mains=50.0)
+    assert (before.outliers, after.outliers) == ((), (clean.time[-1],))
+    assert after.fit.degree == before.fit.degree
 
 
 def test_law_noise_alone_has_no_outliers():

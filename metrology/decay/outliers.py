@@ -38,6 +38,16 @@ def masked(record: Channel) -> tuple[Channel, Floats]:
     return kept, np.sort(np.array(dropped))
 
 
+def is_last_off(residual: Floats) -> bool:
+    """Whether the last reading of a record alone is an outlier of a fit.
+
+    Among its neighbours, all of them on one side of it, it has a sixth of the distance that it has from the motion:
+    `masked` sees there what is six times as far off as elsewhere.
+    """
+    far = np.abs(residual)
+    return bool(far[-1] > LIMIT * 1.4826 * float(np.median(far)) and far[-2] < 0.5 * far[-1])
+
+
 def _scale(apart: Floats, floor: float) -> Floats:
     """Return 1.4826 × the median of the distances about every reading, over blocks and never below that of them all."""
     blocks = np.array_split(apart, max(apart.size // _BLOCK, 1))

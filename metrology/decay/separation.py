@@ -10,7 +10,7 @@ import numpy as np
 from metrology.decay.hop import CLEAR, Hop, is_sharp, sought, step_at, without
 from metrology.decay.modes import disentangle, is_mains, longitudinal, per_mean
 from metrology.decay.oscillation import DEGREE, Fit, Floats, Mode, at_rate, fit
-from metrology.decay.outliers import masked
+from metrology.decay.outliers import is_last_off, masked
 from metrology.decay.start import Unusable, free_motion, heavy, refuse_clipped, refuse_short, until_rest
 from metrology.message import counted, said
 from metrology.timeseries import Channel, average, noise
@@ -121,6 +121,16 @@ def separate(record: Channel, *, mains: float, expected: float | None = None) ->
         When the record has no decay that can be evaluated.
     """
     whole, outliers = masked(record)
+    found = _separated(whole, mains, expected)
+    if float(found.free.time[-1]) == float(whole.time[-1]) and is_last_off(found.fit.residual):
+        outliers = np.append(outliers, whole.time[-1])
+        found = _separated(replace(whole, time=whole.time[:-1], value=whole.value[:-1]), mains, expected)
+    start = float(found.free.time[0])
+    return replace(found, outliers=tuple(outliers[outliers > start].tolist()))
+
+
+def _separated(whole: Channel, mains: float, expected: float | None) -> Separated:
+    """Find the decay in a record without outliers."""
     refuse_short(whole)
     free, is_heavy = free_motion(whole, expected)
     level = noise(free)
@@ -144,10 +154,9 @@ def separate(record: Channel, *, mains: float, expected: float | None = None) ->
         fitted,
         start + _release(fitted),
         level,
-        tuple(outliers[outliers > start].tolist()),
-        crossed - start,
-        hops,
-        rest,
+        crossed=crossed - start,
+        hops=hops,
+        rest=rest,
     )
 
 
