@@ -746,7 +746,7 @@ def test_planted_sine_of_a_large_swing_is_named_and_not_its_first_term(seed):
     assert rate.value == pytest.approx(1.0, abs=4 * rate.u)
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [2, 3])
 def test_law_the_sentence_tells_each_group_and_what_the_model_has_without_a_name(seed):
     found = decay(large_swing(seed, 0.02), rng=np.random.default_rng(seed))
     groups = [group for group in found.groups if len(group) > 1]
