@@ -247,6 +247,16 @@ _POWERS = re.compile(r"\^(-?\d+)")
 def shown(unit: str) -> str:
     """Unit for the eye, however it was typed; nothing for a number.
 
+    Parameters
+    ----------
+    unit : str
+        As typed: ``'um'``, ``'m^2'``, ``'degC'``.
+
+    Returns
+    -------
+    str
+        With Greek letters, raised powers and dots; empty for ``'1'``.
+
     Examples
     --------
     >>> shown("kg/m^3"), shown("um"), shown("degC"), shown("deg"), shown("N*s/m"), shown("1")
