@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 from collections import Counter
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -103,13 +102,12 @@ def _roles(given: list[str]) -> list[str]:
 
 
 def _tell(verdict: Verdict) -> None:
-    encoding = sys.stdout.encoding or "ascii"
     lines = [f"{verdict.report}: report {verdict.number}, {verdict.title}"]
     width = max(len(check.subject) for check in verdict.checks)
     lines += [f" {MARKS[check.state]} {check.subject:<{width}}  {check.sentence}" for check in verdict.checks]
     lines.append(_bottom(verdict))
     for line in lines:
-        print(printable(line).encode(encoding, "replace").decode(encoding))
+        print(printable(line))
 
 
 def _bottom(verdict: Verdict) -> str:

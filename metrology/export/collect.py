@@ -76,7 +76,7 @@ def collect(folder: Path) -> Collection:
     unreadable: list[Fault] = []
     for path in paths:
         if not _as_written(path):
-            got = f"content that {audit_trail.NAME} beside it does not know"
+            got = f"content that {audit_trail.NAME} of its folder does not know"
             unreadable.append(Fault(str(path), got, "the file as it was written", "make the report anew"))
             continue
         try:

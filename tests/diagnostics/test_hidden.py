@@ -271,12 +271,9 @@ def assert_holds(found, k, c):
 
 
 @pytest.mark.long
-def test_planted_thrust_that_fades_is_no_listed_cause_and_k_and_c_stay():
-    """Like a gain that drifts, which carries nine tenths of it: a part of the thrust does as well."""
+def test_planted_thrust_that_fades_is_named_and_k_and_c_stay():
     found = diagnosed("nylon", 8, fading_runs(0.02))
-    assert found.named == ()
-    assert found.verdict == "unexplained"
-    assert found.remainder.law == "force of time in proportion to the thrust"
+    assert found.named == ("thrust fading",)
     assert_holds(found, *MATERIALS["nylon"])
 
 

@@ -221,4 +221,4 @@ def test_planted_a_file_that_was_changed_by_hand_is_not_collected(tmp_path, caps
     assert [row.value for row in collect.collect(tmp_path / "reports").rows] == [pytest.approx(2.5e-3)]
     results.write_text(results.read_text().replace("0.0025", "0.0035"))
     assert main(["collect", str(tmp_path / "reports"), "--out", str(tmp_path / "all.csv")]) == 2
-    assert "got content that audit.jsonl beside it does not know" in capsys.readouterr().err
+    assert "got content that audit.jsonl of its folder does not know" in capsys.readouterr().err

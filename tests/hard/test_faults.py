@@ -50,6 +50,11 @@ OLD = {"report.pdf": b"old", "results.json": b"old"}
 NEW = {"report.pdf": b"new", "results.json": b"new"}
 
 
+def revise(home: Path) -> None:
+    """Give the campaign `a` the title of `b`, so that its results are others."""
+    (home / "a" / "campaign.yaml").write_text(CAMPAIGN.format(name="b"), encoding="utf-8")
+
+
 @pytest.fixture
 def home(tmp_path: Path) -> Path:
     """Two campaigns of one id, `a` and `b`, whose reports differ."""
@@ -272,15 +277,16 @@ def test_refusal_full_disk(home: Path) -> None:
     try:
         assert run("run", home / "a", "--output", disk / "out").returncode == 0
         before = content(disk / "out" / "bridge")
+        revise(home)
         (disk / "filler").write_bytes(b"x" * (os.statvfs(disk).f_bavail * os.statvfs(disk).f_frsize))
         refused(
-            run("run", home / "b", "--output", disk / "out"),
+            run("run", home / "a", "--output", disk / "out"),
             "no space left on device",
             "what was there before is whole",
         )
         assert content(disk / "out" / "bridge") == before
         (disk / "filler").unlink()
-        assert run("run", home / "b", "--output", disk / "out").returncode == 0
+        assert run("run", home / "a", "--output", disk / "out").returncode == 0
         assert [path.name for path in (disk / "out").iterdir()] == ["bridge"]
     finally:
         subprocess.run(["umount", str(disk)], check=True)
@@ -357,11 +363,12 @@ def test_law_links_in_the_place_of_files_lead_nowhere(home: Path) -> None:
     """Whoever may write into the folder cannot have a file elsewhere overwritten."""
     victim, folder = home / "victim", home / "out" / "bridge"
     assert run("run", home / "a", "--output", home / "out").returncode == 0
+    revise(home)
     for name in ("results.json", "results.csv"):
         victim.write_bytes(b"mine")
         (folder / name).unlink()
         (folder / name).symlink_to(victim)
-        assert run("run", home / "b", "--output", home / "out").returncode == 0
+        assert run("run", home / "a", "--output", home / "out").returncode == 0
         assert (victim.read_bytes(), (folder / name).is_symlink()) == (b"mine", False)
 
 
