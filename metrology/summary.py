@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from metrology.errors import printable
-from metrology.units import shown as unit_text
+from metrology.units import unit_text
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from metrology.coordinate import QUANTITIES
-from metrology.diagnostics.laws import Powers, hats
+from metrology.diagnostics.laws import Powers, hats, splines
 from metrology.diagnostics.plain import GAIN
 from metrology.diagnostics.release import MOTION, Path, Record
 from metrology.diagnostics.subject import STRAIGHT, Array, Direction
@@ -43,10 +43,8 @@ class _Axis:
         return np.asarray(1.02 * self.most * np.sign(g) * np.abs(g) ** 1.5)
 
     def splines(self, by: Array) -> Array:
-        """Cardinal cubic splines, shape (n, count): a cubic is such a sum, which straight pieces meet to 1e-2 only."""
-        from scipy.interpolate import CubicSpline
-
-        return np.asarray(CubicSpline(self.places, np.eye(self.count))(by))
+        """Cardinal cubic splines at the places, shape (n, count)."""
+        return splines(by, self.places)
 
 
 def _products(one: Array, other: Array) -> Array:

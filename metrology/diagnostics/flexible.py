@@ -13,7 +13,7 @@ import numpy as np
 from metrology.coordinate import QUANTITIES
 from metrology.diagnosis import Missing
 from metrology.diagnostics.force import thrust
-from metrology.diagnostics.laws import Powers, hats
+from metrology.diagnostics.laws import Powers, hats, splines
 from metrology.diagnostics.likelihood import orthonormal, spread_out
 from metrology.diagnostics.subject import STRAIGHT, Array, Direction, Fit
 from metrology.errors import MetrologyError
@@ -55,8 +55,8 @@ SEEN = 1e-5
 """Share of a combination of hats that the other unknowns have to leave, else it counts for nothing."""
 
 
-Shape = Callable[[Array], Array]
-"""Part of a law, by the quantity that it is a law of."""
+Basis = Callable[[Array], Array]
+"""Parts of a law by the quantity that it is a law of, shape (n,) → (n, q)."""
 
 
 @dataclass(frozen=True)
@@ -163,21 +163,9 @@ def _knots(name: str, paths: Sequence[Path]) -> Array:
     return np.unique(np.quantile(everything, np.linspace(0.0, 1.0, KNOTS[name])))
 
 
-def _hat(knots: Array, at: int) -> Shape:
-    return lambda by: np.asarray(np.interp(by, knots, np.eye(len(knots))[at]))
-
-
-def _spline(knots: Array, at: int) -> Shape:
-    """Cubic spline of one at a place, and none at the others."""
-    from scipy.interpolate import CubicSpline
-
-    found = CubicSpline(knots, np.eye(len(knots))[at])
-    return lambda by: np.asarray(found(np.clip(by, knots[0], knots[-1])))
-
-
-def _power(powers: Powers, at: int, by: Array) -> Array:
-    """One of some powers of a quantity."""
-    return np.asarray(powers.columns(by)[..., at])
+def _splines(by: Array, knots: Array) -> Array:
+    """Cubic splines of a pull of the line, which beyond the last knots are as they are there."""
+    return splines(np.clip(by, knots[0], knots[-1]), knots)
 
 
 def _family(
@@ -188,8 +176,8 @@ def _family(
     factors: Sequence[Array | float],
 ) -> Direction | None:
     """Hats or splines of one quantity; `factors`: what they are multiplied by along each run."""
-    shape = _spline if name in LINE else _hat
-    rows = _columns(name, [shape(knots, at) for at in range(len(knots))], model, paths, factors)
+    parts = _splines if name in LINE else hats
+    rows = _columns(name, partial(parts, knots=knots), model, paths, factors)
     if rows is None:
         return None
     values = {f"{name}@{at}": float(knot) for at, knot in enumerate(knots)}
@@ -208,8 +196,7 @@ def _powers(
     if not most > 0.0:
         return None
     powers = Powers(most, POWERS[name], EVEN[name])
-    shapes = [partial(_power, powers, at) for at in range(len(POWERS[name]) + len(EVEN[name]))]
-    rows = _columns(name, shapes, model, paths, [1.0] * len(paths))
+    rows = _columns(name, powers.columns, model, paths, [1.0] * len(paths))
     if rows is None:
         return None
     return powers.direction(_word(name, model[0], "powers of "), _amount(*model[:2]), rows, KNOTS[name], LINE[name])
@@ -223,16 +210,16 @@ def _word(name: str, rig: Rig, of: str = "") -> str:
 
 def _columns(
     name: str,
-    shapes: Sequence[Shape],
+    basis: Basis,
     model: tuple[Rig, Sequence[MeasuredRun], Sequence[dict[str, float]], Fit],
     paths: Sequence[Path],
     factors: Sequence[Array | float],
 ) -> tuple[Array, ...] | None:
-    """What a small force of each shape does to the residuals of every run; none where there is no line to pull."""
+    """What a small force of each part of a law does to the residuals of every run; none where no motion follows."""
     way = -1.0 if name in LINE else 1.0
 
     def pulled(number: int, path: Path) -> Array:
-        return np.column_stack([_where(shape, path.by[name]) * way * factors[number] for shape in shapes])
+        return np.asarray(_where(basis, path.by[name]) * np.reshape(way * factors[number], (-1, 1)))
 
     rows = _pushed(model, paths, [pulled(number, path) for number, path in enumerate(paths)])
     if rows is None or name not in LINE:
@@ -241,7 +228,7 @@ def _columns(
     for number, (row, run, path) in enumerate(zip(rows, runs, paths, strict=True)):
         cell = _cell(fit, number)
         if cell is not None:
-            seen = np.column_stack([_where(shape, path.read[name]) for shape in shapes])
+            seen = _where(basis, path.read[name])
             own = slice(cell.first, cell.last)
             marks = (run.weights * fit.used[number])[own, None]
             row[own] -= path.cell * _amount(rig, runs) * seen * marks
@@ -275,10 +262,11 @@ def _pushed(
     return tuple(rows) if len(rows) == len(made) else None
 
 
-def _where(shape: Shape, by: Array) -> Array:
-    """A shape where its quantity is known, and nothing elsewhere."""
-    known, found = np.isfinite(by), np.zeros(len(by))
-    found[known] = shape(by[known])
+def _where(basis: Basis, by: Array) -> Array:
+    """Parts of a law where its quantity is known, and nothing elsewhere, shape (n, q)."""
+    known = np.isfinite(by)
+    found = basis(np.where(known, by, 0.0))
+    found[~known] = 0.0
     return found
 
 

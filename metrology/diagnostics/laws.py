@@ -95,6 +95,13 @@ def hats(by: Array, knots: Array) -> Array:
     return np.column_stack([np.interp(by, knots, hat) for hat in np.eye(len(knots))])
 
 
+def splines(by: Array, knots: Array) -> Array:
+    """Cardinal cubic splines, shape (n, h): a cubic is such a sum, which straight pieces meet to 1e-2 only."""
+    from scipy.interpolate import CubicSpline
+
+    return np.asarray(CubicSpline(knots, np.eye(len(knots)))(by))
+
+
 @dataclass(frozen=True)
 class Powers:
     """Sums over p of a(p)·|q|^p·sign q, or even ones of a(p)·|q|^p, a(p) a smooth function of p.

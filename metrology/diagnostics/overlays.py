@@ -242,8 +242,10 @@ def with_overlays(found: Diagnosis, overlays: Sequence[Overlay]) -> Diagnosis:
         return found
     named: list[str] = []
     groups = tuple(one.group for one in overlays if one.alike)
+    places = {cause.effect: at for at, cause in enumerate(causes)}
+    titles = {cause.effect: said("{title:lowered} ({name})", title=cause.title, name=cause.effect) for cause in causes}
     for one in overlays:
-        at = next(index for index, cause in enumerate(causes) if cause.effect == one.effect)
+        at = places[one.effect]
         if causes[at].verdict in ("supported", "indistinguishable"):
             # Another line than the one that the fit named, which keeps its size and what it is worth.
             sizes = ", ".join(f"{value.name.partition('.')[2]} {value.value:.3g} {value.unit}" for value in one.values)
@@ -251,13 +253,11 @@ def with_overlays(found: Diagnosis, overlays: Sequence[Overlay]) -> Diagnosis:
             causes[at] = replace(causes[at], sentence=followed(causes[at].sentence, words))
         else:
             causes[at] = _found(causes[at], one)
-        titles = {cause.effect: said("{title:lowered} ({name})", title=cause.title, name=cause.effect)
-                  for cause in causes}  # fmt: skip
         text = titles[one.effect]
         if one.alike:
             text = said(EITHER, titles=tuple(titles[name] for name in one.group))
             for other in one.alike:
-                at = next(index for index, cause in enumerate(causes) if cause.effect == other.effect)
+                at = places[other.effect]
                 causes[at] = _found(causes[at], replace(other, alike=(replace(one, alike=()),)))
         named += [text] if text not in named else []
     clean = found.verdict == "nothing missing"

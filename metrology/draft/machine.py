@@ -109,8 +109,9 @@ def _pair(moved: Sequence[Seen]) -> tuple[Seen, Seen] | None:
     others = [seen for seen in moved if seen not in named]
     if len(named) != 1 or len(others) != 1 or named[0].unit != others[0].unit:
         return None
-    whole, part = (float(np.ptp(seen.values[np.isfinite(seen.values)])) for seen in (named[0], others[0])
-                   if seen.values is not None)  # fmt: skip
+    if named[0].values is None or others[0].values is None:
+        return None
+    whole, part = (float(np.ptp(one[np.isfinite(one)])) for one in (named[0].values, others[0].values))
     return (named[0], others[0]) if 0 < part < ANOTHER * whole else None
 
 

@@ -16,10 +16,10 @@ import numpy as np
 from metrology.gum.inputs import Floats
 from metrology.gum.intervals import intervals
 from metrology.gum.risk import Limits, Prior, quadrature, tails
+from metrology.units import raised
 
 FEW = 1e-4
 """Probability below which one digit is given: of a million draws, a hundred and fewer."""
-_SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 SMALLEST = 1e-6
 """Probability below which no more is stated than that it is smaller: no tail of a measurement is known further out."""
 _UNSEEN = 3.0
@@ -295,7 +295,7 @@ def probability(p: float, resolution: float = 0.0) -> str:
     least = max(SMALLEST, resolution if isfinite(resolution) else SMALLEST)
     if least <= p < FEW:
         digit, _, exponent = f"{p:.0e}".partition("e")
-        return f"{digit}×10{str(int(exponent)).translate(_SUPERSCRIPT)}"
+        return f"{digit}×10{raised(str(int(exponent)))}"
     if least <= p <= 1 - least or p == 1.0:
         return f"{p:.2g}" if p <= 0.99 or p == 1.0 else f"{p:.{int(np.ceil(-np.log10(1 - p))) + 1}f}".rstrip("0")
     bound = _bound(least)
@@ -308,4 +308,4 @@ def _bound(least: float) -> str:
     digit = ceil(least / 10.0**power - 1e-9)
     digit, power = (1, power + 1) if digit == 10 else (digit, power)
     times = "" if digit == 1 else f"{digit}×"
-    return f"{times}10{str(power).translate(_SUPERSCRIPT)}"
+    return f"{times}10{raised(str(power))}"

@@ -9,7 +9,7 @@ import re
 from decimal import ROUND_HALF_EVEN, Decimal, localcontext
 from math import isfinite
 
-from metrology.units import shown
+from metrology.units import unit_text
 
 _PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 3: "k", 6: "M", 9: "G", 12: "T"}
 _PREFIXABLE = re.compile(r"(m|g|s|A|V|W|N|J|Pa|Hz|Ω)(?![A-Za-zΩ^²³])")
@@ -134,14 +134,14 @@ def readable(value: float, unit: str, digits: int = 2) -> str:
     """
     if unit == "kg" and 0 < abs(value) < 1:
         value, unit = value * 1000, "g"
-    symbol = "" if unit == "1" else f" {shown(unit)}"
+    symbol = "" if unit == "1" else f" {unit_text(unit)}"
     if not value or not isfinite(value):
         return f"{value:g}{symbol}"
     mantissa, _, exponent = f"{value:.{digits - 1}e}".partition("e")
     power = int(exponent)
     prefix = _PREFIXES.get(power // 3 * 3, "") if _PREFIXABLE.match(unit) else ""
     if prefix:
-        power, symbol = power % 3, f" {prefix}{shown(unit)}"
+        power, symbol = power % 3, f" {prefix}{unit_text(unit)}"
     if -4 <= power < 5:
         return f"{float(f'{mantissa}e{power}'):.{max(digits - 1 - power, 0)}f}{symbol}"
     return f"{mantissa}e{power}{symbol}"

@@ -8,8 +8,9 @@ from typing import assert_never
 from metrology.coordinate import QUANTITIES
 from metrology.diagnosis import Cause, Detectable, Diagnosis, Gain, Shift, Value
 from metrology.language.catalogue import ENGLISH, Language
-from metrology.language.display import chance, number, rounded, scale, symbol, unit_text
+from metrology.language.display import chance, number, rounded, scale, symbol
 from metrology.language.wording import opening, prose
+from metrology.units import unit_text
 
 VAGUE = 100.0
 """Standard uncertainty over the value from which on a parameter is called not determined."""

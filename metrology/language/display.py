@@ -6,9 +6,8 @@ import re
 from dataclasses import dataclass
 from math import floor, isfinite, log10
 
-from metrology.units import shown
+from metrology.units import raised, unit_text
 
-_SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _NUMERAL = re.compile(r"[+\-−]?(?:\d+(?:\.\d+)?|\.\d+)(?:[eE][+-]?\d+)?")
 _PLAIN = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
 _PREFIXED = {
@@ -49,11 +48,6 @@ class Shown:
     high: str = ""
 
 
-def unit_text(unit: str) -> str:
-    """Unit for the eye: ``kg/m^3`` → ``kg/m³``, ``1`` → nothing."""
-    return shown(unit)
-
-
 def scale(magnitude: float, unit: str) -> tuple[float, str]:
     """Factor and unit in which a magnitude of an SI unit reads well: ``(1e-06, "µm")`` for 2.7e-6 m.
 
@@ -86,7 +80,7 @@ def number(value: float | None, digits: int = 3) -> str:
     power = int(exponent)
     if -4 < power < max(digits, 5):
         return f"{float(f'{value:.{digits - 1}e}'):.{max(digits - 1 - power, 0)}f}".replace("-", "−")
-    return f"{mantissa.replace('-', '−')}×10{str(power).translate(_SUPERSCRIPT)}"
+    return f"{mantissa.replace('-', '−')}×10{raised(str(power))}"
 
 
 def estimate(value: float, u: float, unit: str, interval: tuple[float | None, float | None] = (None, None)) -> Shown:
@@ -122,7 +116,7 @@ def rounded(value: float, u: float) -> tuple[str, str]:
     # Digits after the point of a large value are none of the zeros that a power of ten saves.
     if size and (size < 1e-4 or (size >= 1e7 and (exact or u >= 1))):
         power = floor(log10(size))
-        times = f"×10{str(power).translate(_SUPERSCRIPT)}"
+        times = f"×10{raised(str(power))}"
         value_text, u_text = _plain(value / 10.0**power, u / 10.0**power)
         shared = u_text if u_text == "0" else u_text + times
         return value_text + times, shared if exact or u >= _LEADING * 10.0**power else _typeset(significant(u, u)[1])
@@ -162,7 +156,7 @@ def as_stated(value: float, text: str, unit: str) -> str:
 def _typeset(text: str) -> str:
     """``-1.2e-5`` → −1.2×10⁻⁵."""
     digits, mark, power = text.partition("e")
-    return digits.replace("-", "−") + (f"×10{str(int(power)).translate(_SUPERSCRIPT)}" if mark else "")
+    return digits.replace("-", "−") + (f"×10{raised(str(int(power)))}" if mark else "")
 
 
 def like(value: float, text: str) -> str:

@@ -7,14 +7,14 @@ from collections.abc import Callable, Collection, Mapping
 from decimal import Decimal
 from typing import TYPE_CHECKING
 
-from metrology.language.display import LEAST, TINY, chance, grouped, number, unit_text
+from metrology.language.display import LEAST, TINY, chance, grouped, number
+from metrology.units import raised, unit_text
 
 if TYPE_CHECKING:
     from metrology.findings import Findings, Result
     from metrology.language.catalogue import Language
 
 _CLAUSE = "(JCGM 101, clause 8)."
-_SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _POWER = re.compile(r"(?<![\w.])([-+−]?\d+(?:\.\d+)?)[eE]([-+]?)0*(\d+)(?!\w)")
 _SIGN = re.compile(r"(?<![\w.])-(?=\d+(?:\.\d+)?(?![\w-]*[-.]\w))")
 _P_VALUE = re.compile(r"\bp = (\d+(?:\.\d+)?(?:e[-+]?\d+)?)(?![\w])")
@@ -50,7 +50,7 @@ def prose(text: str) -> str:
     text = _FAR.sub(lambda m: f"more than {MOST} {m[2]}" if float(m[1]) > MOST else m[0], text)
     text = _NOTHING.sub(r"\1", text)
     text = _TRIALS.sub(lambda m: grouped(int(m[0])), text)
-    text = _POWER.sub(lambda m: f"{m[1]}×10{(m[2].replace('+', '') + m[3]).translate(_SUPERSCRIPT)}", text)
+    text = _POWER.sub(lambda m: f"{m[1]}×10{raised(m[2].replace('+', '') + m[3])}", text)
     return _SIGN.sub("−", re.sub(r"(\d)%", r"\1 %", text))
 
 

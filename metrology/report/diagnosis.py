@@ -11,8 +11,9 @@ from metrology.diagnosis import Cause, Detectable, Diagnosis, Explanation, Gain,
 from metrology.effects import shown
 from metrology.language import answers
 from metrology.language.catalogue import ENGLISH, Language
-from metrology.language.display import chance, number, rounded, unit_text
+from metrology.language.display import chance, number, rounded
 from metrology.report.figures.diagnosis import rows as pictures_of
+from metrology.units import unit_text
 
 if TYPE_CHECKING:
     from metrology.findings import Findings

@@ -24,7 +24,6 @@ from metrology.language.display import (
     rounded,
     scale,
     symbol,
-    unit_text,
     width,
 )
 from metrology.message import said
@@ -32,6 +31,7 @@ from metrology.methods import METHODS
 from metrology.report import consensus, decimals, diagnosis, quality
 from metrology.report.budget import Budget, budgets, freedom, shortened, sources
 from metrology.report.ways import ways
+from metrology.units import unit_text
 
 if TYPE_CHECKING:
     from metrology.report.attachments import Attachment

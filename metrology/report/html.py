@@ -17,6 +17,7 @@ from metrology.method.discovery import templates as ours
 from metrology.report import decimals, document, equations, fonts, watermark
 from metrology.report.fonts import visible
 from metrology.report.sides import Sides
+from metrology.units import unit_text
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -215,7 +216,7 @@ def _environment(
         "p_value": display.p_value,
         "percent": display.percent,
         "symbol": symbol,
-        "unit": display.unit_text,
+        "unit": unit_text,
     }
     return environment
 

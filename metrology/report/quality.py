@@ -11,8 +11,9 @@ from metrology import checklist
 from metrology.checklist import Row
 from metrology.findings import Conformity, Findings
 from metrology.language.catalogue import ENGLISH, Language
-from metrology.language.display import chance, unit_text
+from metrology.language.display import chance
 from metrology.language.wording import prose
+from metrology.units import unit_text
 
 _CARE = ("pass", "conditional pass", "conditional fail", "fail")
 NOT_JUDGED = "not judged"

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from metrology.language.catalogue import ENGLISH, Language
-from metrology.language.display import number, rounded, unit_text
+from metrology.language.display import number, rounded
 from metrology.message import said
+from metrology.units import unit_text
 
 if TYPE_CHECKING:
     from metrology.findings import Findings, Result

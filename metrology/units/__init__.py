@@ -14,13 +14,14 @@ from math import isfinite
 from metrology.units import decimals
 from metrology.units.decimals import GOOD
 from metrology.units.dimensions import NAMES, Dimension, product_text, quoted
-from metrology.units.symbols import OFFSETS, UnitError, powers, shown, symbols
+from metrology.units.symbols import OFFSETS, UnitError, powers, raised, symbols, unit_text
 
 LARGEST = 1e75
 """Largest value in SI, and the smallest is its inverse: a fourth power, as in fits of the square, is finite still."""
 
 __all__ = [
-    "Dimension", "Quantity", "Unit", "UnitError", "convert", "dimension", "factor", "parse", "shown", "si_unit", "unit",
+    "Dimension", "Quantity", "Unit", "UnitError", "convert", "dimension", "factor", "parse", "raised", "si_unit",
+    "unit", "unit_text",
 ]  # fmt: skip
 
 

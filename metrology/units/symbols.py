@@ -244,7 +244,7 @@ _WORD = re.compile(r"[^\W\d_]+|°\w?")
 _POWERS = re.compile(r"\^(-?\d+)")
 
 
-def shown(unit: str) -> str:
+def unit_text(unit: str) -> str:
     """Unit for the eye, however it was typed; nothing for a number.
 
     Parameters
@@ -259,14 +259,30 @@ def shown(unit: str) -> str:
 
     Examples
     --------
-    >>> shown("kg/m^3"), shown("um"), shown("degC"), shown("deg"), shown("N*s/m"), shown("1")
-    ('kg/m³', 'µm', '°C', '°', 'N·s/m', '')
+    >>> [unit_text(one) for one in ("kg/m^3", "um", "degC", "deg", "N*s/m", "1")]
+    ['kg/m³', 'µm', '°C', '°', 'N·s/m', '']
     """
     if unit == "1":
         return ""
     text = unit.replace("**", "^").replace("*", "·")
     text = _WORD.sub(lambda found: {"deg": "°"}.get(one := _symbol(found[0]), one), text)
-    return _POWERS.sub(lambda found: found[1].translate(_SUPERSCRIPT), text)
+    return _POWERS.sub(lambda found: raised(found[1]), text)
+
+
+def raised(number: str) -> str:
+    """A whole number as an exponent.
+
+    Parameters
+    ----------
+    number : str
+        Its digits: ``'-3'``.
+
+    Returns
+    -------
+    str
+        Raised: ``'⁻³'``.
+    """
+    return number.translate(_SUPERSCRIPT)
 
 
 def _symbol(text: str) -> str:

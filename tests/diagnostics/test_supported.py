@@ -126,21 +126,18 @@ def test_planted_damper_of_one_direction_is_named(quantity: str, tmp_path: Path)
 
 
 @pytest.mark.long
-def test_planted_thrust_that_falls_is_named(tmp_path: Path):
-    """Without it c was up to 16 standard uncertainties off, and the verdict *unexplained*."""
-    found, c, true = result("unlisted", "fading", tmp_path, "response", 20261127, "c")
-    assert found.named == ("thrust fading",)
-    assert abs(c.value - true) < 2.5 * c.u
-    assert c.u < 0.005 * c.value
-
-
-@pytest.mark.long
-def test_planted_hose_is_named(tmp_path: Path):
-    """A quadratic drag, a Zener relaxation, a friction and an appendage stood in its place, with k 3 % wide."""
-    found, k, true = result("unlisted", "hose", tmp_path, "response", 20261126)
-    assert found.named == ("hose",)
-    assert abs(k.value - true) < 2.5 * k.u
-    assert k.u < 0.002 * k.value
+@pytest.mark.parametrize(
+    ("planted", "seed", "quantity", "name", "narrow"),
+    [("fading", 20261127, "c", "thrust fading", 0.005), ("hose", 20261126, "k", "hose", 0.002)],
+)
+def test_planted_thrust_that_falls_and_hose_are_named(
+    planted: str, seed: int, quantity: str, name: str, narrow: float, tmp_path: Path
+):
+    """Without the first, c was up to 16 u off, and nothing named; for the second stood a quadratic drag and three."""
+    found, estimate, true = result("unlisted", planted, tmp_path, "response", seed, quantity)
+    assert found.named == (name,)
+    assert abs(estimate.value - true) < 2.5 * estimate.u
+    assert estimate.u < narrow * estimate.value
 
 
 @pytest.mark.long

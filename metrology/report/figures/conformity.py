@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from metrology.findings import Conformity
 from metrology.language.catalogue import ENGLISH, Language
-from metrology.language.display import symbol, unit_text
+from metrology.language.display import symbol
 from metrology.message import said
 from metrology.report.figures.shapes import Pen
 from metrology.report.figures.sketch import Mark, Sketch
 from metrology.report.figures.style import BAND, BLUE, FULL, INK, PALE, Plot, plain
+from metrology.units import unit_text
 
 _LIMIT, _ACCEPTED = Pen(stroke=INK, width=1.0), Pen(stroke=INK, width=0.6, dash=(1.8, 1.2))
 

@@ -6,11 +6,12 @@ from math import exp, pi, sqrt
 
 from metrology.findings import Result
 from metrology.language.catalogue import ENGLISH, Language
-from metrology.language.display import estimate, symbol, unit_text
+from metrology.language.display import estimate, symbol
 from metrology.message import said
 from metrology.report.figures.shapes import Pen
 from metrology.report.figures.sketch import Sketch
 from metrology.report.figures.style import BLUE, HALF, INK, ORANGE, PALE, Plot, plain
+from metrology.units import unit_text
 
 _FILL, _CURVE = Pen(fill=PALE), Pen(stroke=ORANGE, width=0.9)
 _LAW, _DRAWN = Pen(stroke=INK, width=1.6, dash=(6.4, 2.4)), Pen(stroke=BLUE, width=1.6)

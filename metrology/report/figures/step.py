@@ -11,13 +11,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from metrology.coordinate import QUANTITIES, Coordinate
-from metrology.language.display import number, scale, unit_text
+from metrology.language.display import number, scale
 from metrology.message import said
 from metrology.report.figures.response import SIMULATED, band, largest, spread, stroke
 from metrology.report.figures.shapes import Pen
 from metrology.report.figures.sketch import Sketch
 from metrology.report.figures.style import BAND, FULL, NAMES, Plot
 from metrology.response.step import StepResponse, response
+from metrology.units import unit_text
 
 if TYPE_CHECKING:
     from metrology.findings import Findings
