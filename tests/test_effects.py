@@ -41,6 +41,10 @@ CASES: dict[str, list[tuple[tuple[float, float], dict[str, float]]]] = {
     ],
     "drag": [(NYLON, {"drag.viscous": 0.3}), (NYLON, {"drag.quadratic": 3.0}), (ALUMINIUM, {"drag.quadratic": 3.0})],
     "hose": [(NYLON, {"hose.stiffness": 0.4, "hose.rest": 1.2}), (SPECTRA, {"hose.stiffness": 5.0, "hose.rest": 1.5})],
+    "stop": [
+        (NYLON, {"stop.stiffness": 40.0, "stop.gap": 1.52}),
+        (SPECTRA, {"stop.stiffness": 90.0, "stop.gap": -0.01}),
+    ],
     "tilt": [(PEEK, {"tilt.angle": 1e-3})],
     "appendage": [
         (NYLON, {"appendage.mass": 2.0, "appendage.frequency": 4.0, "appendage.damping": 0.03}),

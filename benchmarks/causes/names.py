@@ -20,7 +20,7 @@ NAMES: dict[str, tuple[str, ...]] = {
     ),
 }  # fmt: skip
 LATER = {
-    "decay": {"asymmetric damping", "cubic reading", "hop", "quadratic reading"},
+    "decay": {"asymmetric damping", "cubic reading", "hop", "quadratic reading", "stop"},
     "elongation": {"initial tension"},
     "response": {"appendage", "asymmetric damping", "hose", "thrust fading"},
 }

@@ -44,6 +44,8 @@ HORIZONS = (0.15, 0.3, 0.6)
 BESIDE = 0.05
 """Part of the decay's frequency about each of its multiples within which a line is one that the decay itself makes."""
 INF = math.inf
+OUTLASTS = 1 / 3
+"""Part of the decay's rate below which a line outlasts it: where e⁻³ of the decay is left, there is e⁻¹ of the line."""
 OFF = 4.0
 """Ratio to m·ω² within which k lies: a law that bends a spring so far moves the frequency by half, which is seen."""
 BoolArray = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
@@ -87,17 +89,17 @@ class Decay:
         self.over = tuple(largest ** -(1.0 + at) for at in range(len(BENDS)))
         self.rows = np.concatenate([rates(one.t, one.y, one.u, self.omega) for one in self.records])
         self.rows[:, 0] /= self.gain
-        self.band = self._band()
 
-    def _band(self) -> tuple[float, float]:
-        """Frequencies / Hz that are the decay's own: where it moves with the amplitude, and too near to be told apart.
+    def _is_own(self, frequency: Array, rate: float) -> BoolArray:
+        """Whether a line at a frequency / Hz is the decay's own: where it moves with the amplitude, or too near to it.
 
-        A second line there would bend the first at will, and take up whatever shapes the decay.
+        A second line there would bend the first at will, and take up whatever shapes the decay. One that is still
+        there when the decay is gone shapes nothing of it, and one that dies sooner is as wide as it dies soon.
         """
-        own = self.omega / (2 * math.pi)
+        own, fall = self.omega / (2 * math.pi), self.c / (2 * self.mass)
         seen = np.clip([own, *self.rows[:, 3]], 0.8 * own, 1.2 * own)
-        aside = max(3 / self.longest, 0.9 * self.c / (2 * self.mass))
-        return float(seen.min()) - aside, float(seen.max()) + aside
+        aside = max(3 / self.longest, 0.9 * (max(fall, rate) if rate > OUTLASTS * fall else rate))
+        return np.asarray((frequency > seen.min() - aside) & (frequency < seen.max() + aside))
 
     def _makes(self, frequency: Array) -> BoolArray:
         """Whether a line is one that the decay itself makes: within `BESIDE` of a multiple, or not resolved from it.
@@ -125,8 +127,8 @@ class Decay:
         found: list[Array | None] = []
         for key, values in zip(keys, many, strict=True):
             y = moved[key] + one.overlaid(values)
-            line = values.get("other.frequency")
-            own = line is not None and (self.band[0] < line < self.band[1] or bool(self._makes(np.array(line))))
+            line = np.array(values.get("other.frequency", math.nan))
+            own = bool(self._is_own(line, values.get("other.rate", 0.0)) | self._makes(line))
             found.append(y if np.isfinite(y).all() and not own else None)
         return found
 
@@ -164,10 +166,11 @@ class Decay:
         found, scales = dict(TABLE), self.scales()
         for name, one in TABLE.items():
             if one.size.name in FORCES:
-                known = self.rig.parameters[one.size.name]
-                scale = 10 * one.amount(scales)
-                bounded = replace(one.size, unit=known.unit, low=known.low, high=known.high, scale=scale)
-                found[name] = replace(one, parameters=(bounded,))
+                size, *shapes = (replace(each, unit=self.rig.parameters[each.name].unit) for each in one.parameters)
+                known, limits = self.rig.parameters[size.name], one.limits(scales)
+                size = replace(size, low=known.low, high=known.high, scale=10 * one.amount(scales))
+                shapes = [replace(each, low=limits[each.name][0], high=limits[each.name][1]) for each in shapes]
+                found[name] = replace(one, parameters=(size, *shapes))
         for name in LINES:
             sizes = [replace(one, unit=self.unit) if one.own else one for one in TABLE[name].parameters]
             found[name] = replace(TABLE[name], parameters=tuple(sizes))
@@ -177,7 +180,7 @@ class Decay:
         """Shapes of a candidate; other oscillations where the residual spectrum shows them."""
         A, one = self.gain * self.size, TABLE[name]
         if one.size.name in (*FORCES, *BENDS):
-            return [Trial(one.amount(self.scales()))]
+            return [Trial(one.amount(self.scales()), shape) for shape in one.shapes(self.scales())]
         if name == "mains":
             return [
                 Trial(1e-3 * A, {"mains.frequency": frequency}, 4.0) for frequency in self._lines(fit, 0.0, hum=True)
@@ -200,10 +203,10 @@ class Decay:
             found = np.abs(np.fft.rfft(one.even(weight * residual), size)) ** 2 / float(weight @ weight)
             power += np.interp(grid, np.fft.rfftfreq(size, one.step), found)
         mains, width = self.test.mains, max(1 / longest, 0.3 * rate)
-        low, high = self.band
         beside = np.abs(grid / mains - np.maximum(np.round(grid / mains), 1)) * mains < max(0.5, 1.5 / longest)
-        own = (grid > low - width) & (grid < high + width)
-        allowed = beside if hum else ~beside & ~own & ~self._makes(np.asarray(grid, dtype=float))
+        every = np.asarray(grid, dtype=float)
+        own = self._is_own(every - width, rate) | self._is_own(every, rate) | self._is_own(every + width, rate)
+        allowed = beside if hum else ~beside & ~own & ~self._makes(every)
         allowed &= (grid > 2 * width) & (grid < 0.9 * grid[-1])
         return [float(grid[np.flatnonzero(allowed)[np.argmax(power[allowed])]])] if allowed.any() else []
 

@@ -20,8 +20,9 @@ from metrology.message import said
 from metrology.rig import Motions, Rig, Run, Sensitivities, sensitivities, simulate_many
 from metrology.timeseries import on_grid, periodogram, quantum, rounding_bias
 
-FORCES = tuple(one.size.name for one in DECAY.values() if one.acts in ("module", "line") and not one.cause.alone)
-"""Forces of the rig beside those of spring and damper that a decay can show."""
+FORCES = tuple(size.name for one in DECAY.values() if one.acts in ("module", "line") and not one.cause.alone
+               for size in one.parameters)  # fmt: skip
+"""Sizes and shapes of the forces, besides those of spring and damper, that a decay can show."""
 BENDS = tuple(one.size.name for one in DECAY.values()
               if one.acts == "reading" and not (one.is_line or one.cause.alone))  # fmt: skip
 """What bends the reading of a motion: factors of its square and of its cube."""

@@ -35,6 +35,7 @@ ZENER, ZENER_TIME, HYSTERESIS, YIELD, SAG = (INDEX[name] for name in (
     "zener.stiffness", "zener.time", "hysteresis.stiffness", "hysteresis.yield", "sag.weight"))
 GAIN, LAG, DELAY, FADING = (INDEX[f"thrust.{name}"] for name in ("gain", "lag", "delay", "fading"))
 CLOCK_X, CLOCK_V, CLOCK_T = (INDEX[f"clock.{channel}"] for channel in "xvT")
+STOP, STOP_AT = INDEX["stop.stiffness"], INDEX["stop.gap"]
 START_X, START_V = INDEX["start.x"], INDEX["start.v"]
 # Positions in the state. X is measured from where the line is taut. What a rig lacks points at NOTHING, which is 0.
 X, V, NOTHING, SIZE = 0, 1, 12, 13
@@ -45,10 +46,11 @@ FRAME_U, FRAME_V, YAW_U, YAW_V, APPENDAGE_U, APPENDAGE_V, RELAXED, LOOP, THRUST,
 ATTACHMENT, WEIGHS, N, TOGETHER = range(4)
 TETHER, BOTH_WAYS, NO_LINE = range(3)
 # The regime r: what holds between two events.
-CONTACT, SLIDE, TOE_SIDE, TURN_SIDE, LOOP_SIDE, SIDE, SLIPPED, CAPPED, HELD, REGIME = range(10)
+CONTACT, SLIDE, TOE_SIDE, TURN_SIDE, LOOP_SIDE, SIDE, SLIPPED, CAPPED, TOUCHED, HELD, REGIME = range(11)
 BELOW, STRETCHED, LIFTED = range(3)
 # What is watched: each is positive in its regime.
-W_EXCESS, W_PULL, W_SPEED, W_GRIP, W_GRIP_BACK, W_TOE, W_TOE_BACK, W_TURN, W_LOOP, W_SIDE, W_CAP, WATCHED = range(12)
+(W_EXCESS, W_PULL, W_SPEED, W_GRIP, W_GRIP_BACK, W_TOE, W_TOE_BACK, W_TURN, W_LOOP, W_SIDE, W_CAP, W_STOP,
+ WATCHED) = range(13)
 RELEASE, FORCE, CLAMP, START, ADDED = 20, 21, 22, 23, 24
 OK, TOO_MANY_STEPS, TOO_MANY_EVENTS, CHATTER, NOT_FINITE, LINE_TOO_SHORT = range(6)
 MAX_STEPS, MAX_EVENTS, BLOCK, KEPT = 2_000_000, 20_000, 32, 8
@@ -200,11 +202,19 @@ def tension(y, r, p, kind, at):
     return slack_weight(y, r, p, kind, at)
 
 
+def beyond(y, r, p):
+    """How far the module is beyond the stop x_s, from the side on which zero lies."""
+    away = y[X] + p[TAUT] + p[SLIP] * r[SLIPPED] - p[STOP_AT]
+    return away if p[STOP_AT] >= 0.0 else -away
+
+
 def net_force(y, thrust, T, r, p, at):
-    """All but friction: F_thrust + F_added − T + m_a·(ω_a²·y + 2·ζ_a·ω_a·y′)."""
+    """All but friction: F_thrust + F_added − T − k_s·(x − x_s) + m_a·(ω_a²·y + 2·ζ_a·ω_a·y′)."""
     if p[LAG] > 0.0:
         thrust = y[at[THRUST]]
     force = thrust + added_force(y, T, r, p, at) - T
+    if r[TOUCHED] == 1:
+        force -= p[STOP] * (beyond(y, r, p) if p[STOP_AT] >= 0.0 else -beyond(y, r, p))
     if p[APPENDAGE] > 0.0:
         omega = p[APPENDAGE_RATE]
         force += p[APPENDAGE] * omega * (omega * y[at[APPENDAGE_U]] + 2.0 * p[APPENDAGE_DAMPING] * y[at[APPENDAGE_V]])
@@ -271,6 +281,8 @@ def watch(y, thrust, r, p, kind, at, g):
             g[W_CAP] = e + p[CAP] if r[CAPPED] == 1 else -e - p[CAP]
         if p[SAG] > 0.0:  # no change of the equation, but what is reported as taut and slack
             g[W_CAP] = -e if r[CAPPED] == 1 else e
+    if p[STOP] > 0.0:
+        g[W_STOP] = beyond(y, r, p) if r[TOUCHED] == 1 else -beyond(y, r, p)
     if r[HELD] == 0:
         if r[SLIDE] == 0:
             net = net_force(y, thrust, tension(y, r, p, kind, at), r, p, at)
@@ -372,6 +384,8 @@ def switch(event, y, thrust, r, p, kind, at):
         r[SIDE] = -r[SIDE]
     elif event == W_CAP:
         r[CAPPED] = 1 - r[CAPPED]
+    elif event == W_STOP:
+        r[TOUCHED] = 1 - r[TOUCHED]
     return code
 
 
@@ -398,6 +412,7 @@ def begin(y, thrust, r, p, kind, at, x0, v0):
     r[CAPPED] = 1 if -e < p[CAP] else 0
     if p[SAG] > 0.0:
         r[CAPPED] = 1 if e < 0.0 else 0
+    r[TOUCHED] = 1 if p[STOP] > 0.0 and beyond(y, r, p) > 0.0 else 0
     r[TOE_SIDE] = 0
     soft = p[FRAME]
     if p[ARM] != 0.0 and p[YAW_RATE] > 0.0:
@@ -475,7 +490,7 @@ def fastest(r, p, kind):
     k = p[K] * max(1.0, p[TOE_RATIO] if p[TOE] > 0.0 else 1.0) + p[ZENER] + p[HYSTERESIS]
     if kind[ATTACHMENT] == NO_LINE or r[CONTACT] != STRETCHED:
         k = 0.0
-    rate = (k + max(added_stiffness(p), 0.0)) / (p[M] - p[APPENDAGE])
+    rate = (k + max(added_stiffness(p), 0.0) + p[STOP] * r[TOUCHED]) / (p[M] - p[APPENDAGE])
     if p[APPENDAGE] > 0.0:
         rate += p[APPENDAGE_RATE] ** 2 / (1.0 - p[APPENDAGE] / p[M])
     if p[FRAME] > 0.0:

@@ -24,7 +24,7 @@ NULLS = {
     "yaw.frequency": 0.5, "yaw.damping": 0.02, "cell.gain": 1, "cell.zero": 0, "cell.drift": 0, "motion.scale": 1,
     "clock.x": 0, "clock.v": 0, "clock.T": 0, "hum.x": 0, "hum.v": 0, "hum.T": 0, "hum.frequency": 50, "hum.phase": 0,
     "start.x": 0, "start.v": 0, "even.stiffness": 0, "line_damping.quadratic": 0, "asymmetric_damping.outward": 0,
-    "hose.stiffness": 0, "hose.rest": 0,
+    "hose.stiffness": 0, "hose.rest": 0, "stop.stiffness": 0, "stop.gap": 0,
     "sine.rate": 0, "gain_drift.rate": 0,
     "appendage.mass": 0, "appendage.frequency": 10, "appendage.damping": 0.02,
 }  # fmt: skip
@@ -116,6 +116,8 @@ class Reference:
         push = y[8] if e["thrust.lag"] > 0 else thrust
         tilt = self.m * self.g * math.sin(e["tilt.angle"])
         push -= e["hose.stiffness"] * (y[0] - e["hose.rest"])
+        beyond = y[0] - e["stop.gap"]
+        push -= e["stop.stiffness"] * beyond * (beyond * (1 if e["stop.gap"] >= 0 else -1) > 0)
         pulled = push + tilt - e["drag.viscous"] * v - e["drag.quadratic"] * v * abs(v) - self.tension(y, contact)
         return pulled + self.carried(y)
 

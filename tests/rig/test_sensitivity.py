@@ -31,13 +31,13 @@ OFF = {
     "hum.T": 0.01, "hum.frequency": 38.0, "hum.phase": 0.3, "start.x": 0.002, "start.v": 0.003,
     "even.stiffness": 3e3, "line_damping.quadratic": 300.0, "sine.rate": 5.0, "gain_drift.rate": 1e-3,
     "friction.bias": 0.2, "appendage.mass": 2.0, "appendage.frequency": 4.0, "appendage.damping": 0.03,
-    "asymmetric_damping.outward": 3.0, "hose.stiffness": 0.4, "hose.rest": 1.2,
+    "asymmetric_damping.outward": 3.0, "hose.stiffness": 0.4, "hose.rest": 1.2, "stop.stiffness": 4.0, "stop.gap": 1.49,
 }  # fmt: skip
 """Every parameter of an effect off its null."""
 WIDE = {
     "m": 2.5e-3, "taut": 1e-3, "start.x": 1e-2, "thrust.delay": 1e-3, "hum.frequency": 1e-2, "mass.factor": 0.1,
     "drag.quadratic": 5.0, "cubic.stiffness": 300.0, "damping.amplitude": 3.0, "hysteresis.stiffness": 1.0,
-    "frame.compliance": 0.1, "thrust.gain": 1e-2, "line_damping.quadratic": 0.1,
+    "frame.compliance": 0.1, "thrust.gain": 1e-2, "line_damping.quadratic": 0.1, "stop.gap": 1e-2,
 }  # fmt: skip
 """Steps over the scale of the parameter, where neither its value nor a hundredth of the scale fits."""
 SIXTH = {True: ([-3, -2, -1, 1, 2, 3], [-1 / 60, 3 / 20, -3 / 4, 3 / 4, -3 / 20, 1 / 60]),
