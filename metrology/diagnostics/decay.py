@@ -33,7 +33,7 @@ from metrology.diagnostics.release import (
     cut,
     parts,
 )
-from metrology.diagnostics.subject import Array, Direction, Fit
+from metrology.diagnostics.subject import Array, Direction, Fit, Slow
 from metrology.errors import Fault, MetrologyError
 from metrology.estimation import Unknown
 from metrology.message import said
@@ -237,6 +237,8 @@ class Decay:
             sample, "decay", self.table(), blocks, common, own, self.predict, self.trials, reasons, self.gap,
             self.pictures, sweep=self.sweep, slopes=self.slopes, horizons=HORIZONS, suggested=self.suggested,
             has_repeats=self.releases > 1, forms=self.families,
+            slow=tuple(Slow(tuple(f"{level}@{one.name}" for level in LEVELS[1:]), len(one.t), one.rounding)
+                       for one in self.records),
         )  # fmt: skip
 
     def suggested(self, effects: Sequence[str]) -> dict[str, float]:

@@ -7,14 +7,20 @@ from dataclasses import replace
 
 import numpy as np
 
-from metrology.diagnosis import Diagnosis
-from metrology.diagnostics import verdict
-from metrology.diagnostics.judgement import judge
+from metrology.diagnosis import Diagnosis, Gain
+from metrology.diagnostics import heldout, verdict
+from metrology.diagnostics.judgement import judge, unextended
 from metrology.diagnostics.search import Search
 from metrology.diagnostics.subject import Subject
+from metrology.message import said
 
 BUDGET = 40
 """Fits of sets of effects at most: they are counted, not timed, so that a diagnosis repeats."""
+
+WORSE = (
+    "The model with the most evidence predicts the blocks that were left out worse than the stated one, by a factor of "
+    "{ratio:.3g}: it is not taken."
+)
 
 
 def rank(
@@ -31,7 +37,9 @@ def rank(
        promises more, or the budget is spent (`search`).
     4. A smooth force or a curved reading of any form, beside the model and in the place of each of its effects, tells
        whether the law is complete and the names are sure (`laws`, `judgement`).
-    5. Each block is predicted from the others, with the stated and with the extended model (`heldout`).
+    5. Each block is predicted from the others, with the stated and with the extended model (`heldout`). An extension
+       that predicts them worse follows what is no part of it, such as a step in the readings of one run: it is not
+       taken.
 
     Parameters
     ----------
@@ -63,5 +71,13 @@ def rank(
     base = first.fit
     view = search.run(base, first)
     judged = judge(search, base, first, view)
+    gain: dict[str, Gain] = {}
+    # One block alone can be left out of nothing.
+    if judged.is_extended and len(base.problem.blocks) > 1:
+        before, after = (heldout.predict(one, thorough=True) for one in (judged.base, judged.last))
+        gain = heldout.gains(judged.last, before, after, rng)
+        whole = heldout.whole(judged.last, before, after, rng)
+        if whole.high < 1:
+            judged, gain = unextended(search, base, first, said(WORSE, ratio=float(1 / whole.ratio))), {}
     pictures = subject.pictures(base, judged.last if judged.last.effects else None)
-    return replace(verdict.worded(judged, subject, rng, test), pictures=pictures)
+    return replace(verdict.worded(judged, subject, gain, test), pictures=pictures)

@@ -101,6 +101,16 @@ def gains(fit: Fit, before: HeldOut, after: HeldOut, rng: np.random.Generator) -
     Whole pieces of runs are drawn anew, since residuals of one run hang together (Künsch, Ann. Statist. 17 (1989)
     1217).
     """
+    return {channel: _gain(np.array(rows), rng) for channel, rows in _pieces(fit, before, after).items()}
+
+
+def whole(fit: Fit, before: HeldOut, after: HeldOut, rng: np.random.Generator) -> Gain:
+    """Return the same of all channels together."""
+    return _gain(np.array([row for rows in _pieces(fit, before, after).values() for row in rows]), rng)
+
+
+def _pieces(fit: Fit, before: HeldOut, after: HeldOut) -> dict[str, list[tuple[float, float, int]]]:
+    """Sums of squares of pieces of runs, before and after, and readings of each, by channel."""
     squares: dict[str, list[tuple[float, float, int]]] = {}
     for at, block in enumerate(fit.problem.blocks):
         one, other = before.residuals[at], after.residuals[at]
@@ -114,7 +124,7 @@ def gains(fit: Fit, before: HeldOut, after: HeldOut, rng: np.random.Generator) -
                 if len(part):
                     piece = (float(a[part] @ a[part]), float(b[part] @ b[part]), len(part))
                     squares.setdefault(segment.name, []).append(piece)
-    return {channel: _gain(np.array(rows), rng) for channel, rows in squares.items()}
+    return squares
 
 
 def _gain(rows: Array, rng: np.random.Generator) -> Gain:

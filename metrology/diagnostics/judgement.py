@@ -24,7 +24,7 @@ from metrology.diagnostics.likelihood import (
     weighted,
 )
 from metrology.diagnostics.search import COARSE, EQUAL, Search, View, cost
-from metrology.diagnostics.sets import INVISIBLE, NEGLIGIBLE, Scarce, Set, log_likelihood, log_prior
+from metrology.diagnostics.sets import INVISIBLE, NEGLIGIBLE, NONE, Scarce, Set, log_likelihood, log_prior
 from metrology.diagnostics.subject import Direction, Fit
 from metrology.diagnostics.tails import either
 from metrology.noise import Colour
@@ -129,6 +129,11 @@ class Judged:
         return float(self.weights.get(frozenset(), 0.0))
 
     @property
+    def is_extended(self) -> bool:
+        """Whether there is a model beside the stated one."""
+        return bool(self.last.effects) and self.verdict != "not finished"
+
+    @property
     def misfit(self) -> float:
         """λ at the end: what no model explains, over the noise, where the unknowns act."""
         return self.view.noise.misfit
@@ -180,6 +185,13 @@ def judge(search: Search, base: Fit, first: View, view: View) -> Judged:
         exchanged, tuple(search.failed), weights, doubtful, tuple(search.kinds(view, exchanged)), lawful,
         minor,
     )  # fmt: skip
+
+
+def unextended(search: Search, base: Fit, first: View, why: str) -> Judged:
+    """Outcome without an extension: something is missing, but no set of listed effects that was found is any better."""
+    alone = replace(search, fits={NONE: base}, failed=[*search.failed, why])
+    found = judge(alone, base, first, replace(first, evidence={NONE: 0.0}))
+    return replace(found, verdict="unexplained")
 
 
 def _verdict(

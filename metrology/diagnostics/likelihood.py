@@ -16,7 +16,7 @@ from functools import cached_property
 import numpy as np
 
 from metrology.diagnostics.candidate import Candidate
-from metrology.diagnostics.subject import Array, Blocks, Direction, Fit, Marks
+from metrology.diagnostics.subject import Array, Blocks, Direction, Fit, Marks, Slow
 from metrology.estimation.covariance import spread
 from metrology.estimation.priors import WIDER
 from metrology.noise import PLACES, WHITE, Colour, colour
@@ -378,6 +378,26 @@ def estimated(fit: Fit, by: Noise, used: Sequence[Marks]) -> tuple[Array, Array]
     r = np.concatenate([root * by.whitened(fit, fit.full, used), precision * (fit.theta - fit.problem.mean)])
     covariance = spread(J)
     return fit.theta - covariance @ (J.T @ r), covariance
+
+
+def slow_motion(fit: Fit, by: Noise, used: Sequence[Marks], every: Sequence[Slow]) -> tuple[Array, Array]:
+    """Ln evidence over none for a slow motion of the readings: that of a steady drift, and of all that is fitted for it.
+
+    A steady drift has one coefficient in place of four; each has the price of unit information (½·ln n). Beside
+    them the slow motion of each block, shape (blocks, terms).
+    """
+    theta, spread = estimated(fit, by, used)
+    evidence, motions = np.zeros(2), []
+    for one in every:
+        rows = [at for at in (fit.index(name) for name in one.names) if at is not None]
+        level, price = theta[rows], 0.5 * math.log(one.count)
+        within = spread[np.ix_(rows, rows)] + one.rounding**2 * np.eye(len(rows))
+        evidence += (
+            0.5 * level[0] ** 2 / within[0, 0] - price,
+            0.5 * level @ np.linalg.solve(within, level) - len(rows) * price,
+        )
+        motions.append(level)
+    return evidence, np.array(motions)
 
 
 # ---- nonlinear fits compared --------------------------------------------------------------------------------------

@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.special import logsumexp
 
-from metrology.decay.oscillation import DEGREE
 from metrology.decay.separation import Separated
 from metrology.diagnosis import Cause, Diagnosis, Value, Verdict
 from metrology.diagnostics.candidate import DECAY as TABLE
 from metrology.diagnostics.intervals import NORMAL_95
 from metrology.diagnostics.judgement import FAR, LIKELY, logistic
-from metrology.diagnostics.likelihood import Noise, estimated, noise, orthonormal, spread_out
+from metrology.diagnostics.likelihood import Noise, noise, orthonormal, slow_motion, spread_out
 from metrology.diagnostics.plain import Plain
 from metrology.diagnostics.subject import Fit
 from metrology.diagnostics.verdict import EITHER, followed
@@ -134,45 +133,30 @@ def slow(posed: Plain, found: Diagnosis, prepared: Decay) -> Iterator[Overlay]:
         return
     misfit = next((one.statistic for one in found.tests if one.name == "misfit"), 1.0)
     by = replace(noise(fit, fit.full), misfit=misfit)
-    drift, stepped = _drift(fit, by, prepared), _stepped(fit, by, prepared)
+    drift, stepped = _drift(fit, by, posed, prepared.unit), _stepped(fit, by, posed, prepared)
     best, other = sorted((drift, stepped), key=lambda one: -one.log_bayes)
     if best.log_bayes > FAR:
         yield best if best.log_bayes > other.log_bayes + FAR else replace(best, alike=(other,))
 
 
-def _levels(fit: Fit, name: str) -> list[int]:
-    """Places of what moves slowly in a record."""
-    found = (fit.index(f"level{order}@{name}") for order in range(1, DEGREE + 1))
-    return [at for at in found if at is not None]
-
-
-def _drift(fit: Fit, by: Noise, prepared: Decay) -> Overlay:
+def _drift(fit: Fit, by: Noise, posed: Plain, unit: str) -> Overlay:
     """Slow motion by the coefficients of the polynomial."""
-    theta, spread = estimated(fit, by, fit.used)
-    largest, evidence = 0.0, np.zeros(2)
-    for one in prepared.records:
-        rows = _levels(fit, one.name)
-        level, price = theta[rows], 0.5 * math.log(len(one.t))
-        within = spread[np.ix_(rows, rows)] + one.rounding**2 * np.eye(len(rows))
-        # A steady drift is looked for by itself as well: it has one coefficient in place of four.
-        evidence += (
-            0.5 * level[0] ** 2 / within[0, 0] - price,
-            0.5 * level @ np.linalg.solve(within, level) - len(rows) * price,
-        )
-        largest = max(largest, float(np.ptp(np.polynomial.legendre.legval(np.linspace(-1, 1, 50), [0.0, *level]))))
+    evidence, motions = slow_motion(fit, by, fit.used, posed.slow)
+    along = np.linspace(-1, 1, 50)
+    largest = max(float(np.ptp(np.polynomial.legendre.legval(along, [0.0, *one]))) for one in motions)
     return Overlay(
-        "drift", (Value("drift", largest, math.nan, prepared.unit, None, None),),
+        "drift", (Value("drift", largest, math.nan, unit, None, None),),
         said("Found in the records, and fitted together with the decay."), float(evidence.max()),
     )  # fmt: skip
 
 
-def _stepped(fit: Fit, by: Noise, prepared: Decay) -> Overlay:
+def _stepped(fit: Fit, by: Noise, posed: Plain, prepared: Decay) -> Overlay:
     """Steps of the reading in the place of the polynomial: the best in each record, as far as it has evidence.
 
     A step has a size and a place (`decay.hop`).
     """
     root, precision = 1.0 / math.sqrt(by.misfit), np.sqrt(fit.problem.precision)
-    moving = [at for one in prepared.records for at in _levels(fit, one.name)]
+    moving = [at for one in posed.slow for at in (fit.index(name) for name in one.names) if at is not None]
     rest = [at for at in range(len(fit.theta)) if at not in moving]
     J = np.vstack([root * by.whitened(fit, spread_out(fit), fit.used), np.diag(precision)])
     r = np.concatenate([root * by.whitened(fit, fit.full, fit.used), precision * (fit.theta - fit.problem.mean)])

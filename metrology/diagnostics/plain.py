@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from metrology.coordinate import QUANTITIES
 from metrology.diagnosis import Missing, Picture
 from metrology.diagnostics.candidate import Candidate
-from metrology.diagnostics.subject import Array, Direction, Fit, Marks, rounded
+from metrology.diagnostics.subject import Array, Direction, Fit, Marks, Slow, rounded
 from metrology.effect import Size
 from metrology.estimation import Block, Problem, Segment, Unknown, solve
 from metrology.estimation.problem import evaluate
@@ -111,6 +111,8 @@ class Plain:
     scatters : mapping of str to float
         Standard deviation among the blocks of a size that every block has for itself, by the readings: what departs
         from the mean of the blocks, and is not an amount of its own.
+    slow : tuple of Slow
+        What each block is given for a slow motion.
     forms : callable
         Takes a fit; returns the unlisted laws.
     acts_in : callable
@@ -136,6 +138,7 @@ class Plain:
     is_scarce: bool = False
     has_repeats: bool = True
     scatters: Mapping[str, float] = field(default_factory=dict)
+    slow: tuple[Slow, ...] = ()
     forms: Callable[[Fit], Sequence[Direction]] = lambda _fit: ()
     acts_in: Callable[[Fit, str, Array], str] = lambda _fit, _name, _spread: ""
 

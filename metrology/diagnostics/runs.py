@@ -21,7 +21,7 @@ from metrology.diagnostics.plain import FAR
 from metrology.diagnostics.scale import scales as sizes_of
 from metrology.diagnostics.settling import Model
 from metrology.diagnostics.spectrum import strongest
-from metrology.diagnostics.subject import LOST, Array, Direction, Fit, Marks, rounded
+from metrology.diagnostics.subject import LOST, Array, Direction, Fit, Marks, Slow, rounded
 from metrology.diagnostics.wander import WANDER, wanders
 from metrology.effect import Size
 from metrology.estimation import Layout, MeasuredRun, Prior, lay_out
@@ -209,6 +209,11 @@ class Response:
         everything = [{name: run.used(name) for name in run.channels} for run in self.runs]
         whole = evaluate(problem(model.rig, self.runs, model.layout, everything, settling.WHOLE), point.theta)
         return point.residuals if whole is None else whole.residuals
+
+    @property
+    def slow(self) -> Sequence[Slow]:
+        """A drift of the sensors is a cause of its own here."""
+        return ()
 
     def equivalent(self, fit: Fit, name: str) -> tuple[str, Mapping[str, float]] | None:
         """Second mode behind the contact by its other name: a frame is a yaw with r²/J = ω²·C.

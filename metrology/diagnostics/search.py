@@ -10,6 +10,7 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
+from scipy.special import logsumexp
 
 from metrology.diagnostics.candidate import Candidate
 from metrology.diagnostics.likelihood import (
@@ -22,6 +23,7 @@ from metrology.diagnostics.likelihood import (
     narrow,
     noise,
     orthonormal,
+    slow_motion,
     weighted,
 )
 from metrology.diagnostics.sets import (
@@ -40,7 +42,7 @@ from metrology.diagnostics.sets import (
     table,
     ways,
 )
-from metrology.diagnostics.subject import LOST, Array, Direction, Fit, Subject
+from metrology.diagnostics.subject import LOST, Array, Direction, Fit, Marks, Subject
 from metrology.effect import Size
 from metrology.message import said
 
@@ -509,7 +511,17 @@ class Search:
         scarce = Scarce(self.fits[NONE].free, self.fits[NONE].free) if self.subject.is_scarce else None
         likely = log_likelihood(weighted(fit, by, used) + self.rounding(fit), scarce,
                                 sum(ways(table[name], blocks) for name in fit.effects))  # fmt: skip
-        return likely - cost + log_prior(len(fit.effects), view.table.among)
+        return likely - cost + log_prior(len(fit.effects), view.table.among) + self._spared(fit, by, used)
+
+    def _spared(self, fit: Fit, by: Noise, used: Sequence[Marks]) -> float:
+        """Ln of how much likelier a model is where it may also have a steady drift alone, or no slow motion at all.
+
+        It is fitted with all that is slow; a model whose effects move the mean of the motion by themselves needs none.
+        """
+        if not self.subject.slow:
+            return 0.0
+        steady, whole = slow_motion(fit, by, used, self.subject.slow)[0]
+        return float(logsumexp([0.0, steady - whole, -whole]))
 
 
 def cost(fit: Fit | None) -> int:

@@ -205,6 +205,19 @@ def rounded(values: Mapping[str, float]) -> dict[str, float]:
     return {name: float(f"{value:.5e}") for name, value in values.items()}
 
 
+@dataclass(frozen=True)
+class Slow:
+    """What a block is given for a slow motion under its readings, whether it has one or not.
+
+    `names`: its unknowns, from what is steady on; `count`: readings of the block; `rounding`: by what rounding alone
+    their means are off.
+    """
+
+    names: tuple[str, ...]
+    count: int
+    rounding: float
+
+
 class Subject(Protocol):
     """A model, its candidate effects, some data."""
 
@@ -244,6 +257,10 @@ class Subject(Protocol):
     @property
     def scatters(self) -> Mapping[str, float]:
         """Standard deviation among the blocks, by the readings, of what every block has for itself, by name."""
+
+    @property
+    def slow(self) -> Sequence[Slow]:
+        """What each block is given for a slow motion; none where the model has no such thing."""
 
     def equivalent(self, fit: Fit, name: str) -> tuple[str, Mapping[str, float]] | None:
         """Another cause that does exactly what an effect of a fit does, and the values with it; None without one."""

@@ -21,7 +21,7 @@ from metrology.diagnosis import (
     Test,
     Value,
 )
-from metrology.diagnostics import heldout, intervals
+from metrology.diagnostics import intervals
 from metrology.diagnostics.candidate import Candidate
 from metrology.diagnostics.judgement import LIKELY, Judged
 from metrology.diagnostics.search import COARSE, EQUAL
@@ -55,10 +55,9 @@ def failed(subject: Subject, test: str) -> Diagnosis:
     )  # fmt: skip
 
 
-def worded(judged: Judged, subject: Subject, rng: np.random.Generator, test: str) -> Diagnosis:
-    """Put what was judged into a `Diagnosis`."""
-    extended = bool(judged.last.effects) and judged.verdict not in ("not finished",)
-    gain = _gain(judged, rng) if extended else {}
+def worded(judged: Judged, subject: Subject, gain: Mapping[str, Gain], test: str) -> Diagnosis:
+    """Put what was judged, and the gain of the extension on blocks left out, into a `Diagnosis`."""
+    extended = judged.is_extended
     causes = tuple(_causes(judged, subject, gain))
     unexplained = judged.verdict in ("unexplained", "explained in the main")
     missing = subject.missing(judged.last) if unexplained else None
@@ -82,17 +81,6 @@ def _ranges(fit: Fit, model: Mapping[str, float]) -> dict[str, tuple[float | Non
     ranges = {entry.name: (entry.low, entry.high) for entry in fit.problem.unknowns if entry.name in model}
     finite = {name: tuple(end if math.isfinite(end) else None for end in ends) for name, ends in ranges.items()}
     return {name: (low, high) for name, (low, high) in finite.items() if (low, high) != (None, None)}
-
-
-def _gain(judged: Judged, rng: np.random.Generator) -> dict[str, Gain]:
-    """Held-out gain; base and extension are both fitted again for every block that is left out.
-
-    One block alone can be left out of nothing.
-    """
-    if len(judged.base.problem.blocks) < 2:
-        return {}
-    before, after = (heldout.predict(one, thorough=True) for one in (judged.base, judged.last))
-    return heldout.gains(judged.last, before, after, rng)
 
 
 # ---- causes -------------------------------------------------------------------------------------------------------
@@ -195,9 +183,10 @@ def _of_cause(judged: Judged, subject: Subject, name: str, support: Support) -> 
 
 
 def _certain(judged: Judged) -> bool:
-    """Whether one of the effects of which each alone is undecided is there for certain, if no law is in its place."""
+    """Whether something besides what is named is missing for certain, whatever it is."""
     undecided = {group[0] for group in judged.groups if len(group) == 1}
-    return math.fsum(w for one, w in judged.weights.items() if one.isdisjoint(undecided)) < NEGLIGIBLE
+    named = {*judged.last.effects, *(name for group in judged.groups for name in group)} - undecided
+    return math.fsum(w for one, w in judged.weights.items() if one <= named) < NEGLIGIBLE
 
 
 def _where(judged: Judged, subject: Subject, name: str) -> str:

@@ -4,7 +4,7 @@ from collections.abc import Container
 
 import numpy as np
 
-from metrology.effect import INF, Cause, Effect, Readings, Size
+from metrology.effect import INF, Array, Cause, Effect, Readings, Size
 
 
 def reading(seen: Readings, force: float):
@@ -12,11 +12,21 @@ def reading(seen: Readings, force: float):
     return -np.maximum(seen.force - force, 0.0)
 
 
+def between(seen: Readings) -> Array:
+    """Forces half way between two loads."""
+    loads = np.unique(seen.force)
+    return np.asarray(0.5 * (loads[1:] + loads[:-1]))
+
+
 def places(seen: Readings, _among: Container[str]) -> list[dict[str, float]]:
     """Between the loads of the upper half."""
-    loads = np.unique(seen.force)
-    middle = 0.5 * (loads[1:] + loads[:-1])
+    middle = between(seen)
     return [{"saturation.force": float(one)} for one in middle[len(middle) // 2 :]]
+
+
+def limits(seen: Readings) -> dict[str, tuple[float, float]]:
+    """Up to half way below the largest load: nearer to it a larger compliance does the same, without end."""
+    return {"saturation.force": (0.3 * seen.most, max(float(between(seen)[-1]), 0.31 * seen.most))}
 
 
 EFFECT = Effect(
@@ -37,7 +47,7 @@ EFFECT = Effect(
             advice="set the indicator so that its span holds all readings; leave the largest loads out",
             separate="the same loads with the indicator set back by a gauge block",
             pictures=("load",), amount=lambda seen: seen.u / seen.most, shapes=places,
-            limits=lambda seen: {"saturation.force": (0.3 * seen.most, seen.most)}, reading=reading,
+            limits=limits, reading=reading,
         ),
     ),
 )  # fmt: skip

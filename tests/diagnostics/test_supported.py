@@ -140,6 +140,29 @@ def test_planted_thrust_that_falls_and_hose_are_named(
     assert estimate.u < narrow * estimate.value
 
 
+def test_planted_even_stiffness_moves_the_mean_of_the_motion_and_needs_no_drift(tmp_path: Path):
+    """A sensor with a quadratic reading, together with a drift that every model was free to have, did as well."""
+    found, k, true = result("one large", "even stiffness", tmp_path, "decay", 85)
+    assert (found.verdict, found.named) == ("explained", ("even stiffness",))
+    assert abs(k.value - true) < 2.5 * k.u
+
+
+@pytest.mark.long
+def test_planted_jump_of_a_sensor_leaves_k_where_the_runs_left_out_say(tmp_path: Path):
+    """Slip, relaxation and an appendage followed it with all the evidence there is: k was (0 ± 160) N/m."""
+    found, k, true = result("unlisted", "hop", tmp_path, "response", 84, at=1)
+    assert (found.verdict, found.named, found.gain) == ("unexplained", (), {})
+    assert any("left out" in one for one in found.failures)
+    assert abs(k.value - true) < 3 * k.u < 0.02 * true
+
+
+def test_planted_error_of_every_load_has_no_saturation_without_end(tmp_path: Path):
+    """At the largest load the saturation could be of any size: 10¹²⁹ m/N, no evidence was a number, k was 34 % off."""
+    found, k, true = result("unlisted", "periodic dial", tmp_path, seed=86, at=2)
+    assert (found.verdict, found.named) == ("unexplained", ())
+    assert abs(k.value - true) < 3 * k.u < 0.2 * true
+
+
 @pytest.mark.long
 def test_law_an_input_known_for_all_runs_and_for_each_is_two_rows_of_the_budget(tmp_path: Path):
     """A zero of the cell of each run was taken as one of all, with u = 0: every result was not a number."""
