@@ -381,9 +381,9 @@ def estimated(fit: Fit, by: Noise, used: Sequence[Marks]) -> tuple[Array, Array]
 
 
 def slow_motion(fit: Fit, by: Noise, used: Sequence[Marks], every: Sequence[Slow]) -> tuple[Array, Array]:
-    """Ln evidence over none for a slow motion of the readings: that of a steady drift, and of all that is fitted for it.
+    """Ln evidence over none for a slow motion of the readings: of a steady drift, and of all that is fitted for it.
 
-    A steady drift has one coefficient in place of four; each has the price of unit information (½·ln n). Beside
+    A steady drift has one coefficient in place of four; each has the price of unit information (½·ln n). With
     them the slow motion of each block, shape (blocks, terms).
     """
     theta, spread = estimated(fit, by, used)
