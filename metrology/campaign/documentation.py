@@ -239,7 +239,7 @@ A quantity is a number with a unit. The uncertainty is a *standard* uncertainty 
 |---|---|
 | `25.00 mm` | a value that is taken as exact |
 | `25.00(5) mm` | 25.00 mm with u = 0.05 mm: the digits in parentheses stand for the last places |
-| `25.00 ± 0.05 mm`, `25.00 +/- 0.05 mm` | the same |
+| `25.00 ± 0.05 mm`, `25.00 +/- 0.05 mm`, `25.00 +- 0.05 mm` | the same |
 | `{value: 25.00 mm, uncertainty: [ … ]}` | the value, and every component of its uncertainty |
 | `{from: cal/results.json, result: cal.k, sha256: 3f… }` | a result of another campaign, with its budget |
 

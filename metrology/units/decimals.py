@@ -6,7 +6,7 @@ Grammar, strict, everything else is refused with a sentence::
               | number ± number unit | (number ± number)[e±n] [unit] | number unit ± number unit
     number   := [sign] digits [. digits] [e [sign] digits]     a point is the decimal mark, nothing groups digits
 
-``±`` is written ``+/-`` as well; what follows it is a *standard* uncertainty, greater than zero. The grammar of units
+``±`` is written ``+/-`` and ``+-`` as well; what follows it is a *standard* uncertainty, greater than zero. The grammar of units
 is in `metrology.units.symbols`.
 """
 
@@ -55,7 +55,7 @@ def _checked(text: str) -> str:
         raise UnitError(f"{quoted(text)}, not a text", GOOD)
     if len(text) > MAX_LENGTH:
         raise UnitError(f"{quoted(text)} of {len(text)} characters", f"a quantity of at most {MAX_LENGTH} characters")
-    written = text.translate(CHARACTERS).replace("+/-", "±").strip()
+    written = re.sub(r"(?<=.)\+/?-", "±", text.translate(CHARACTERS).strip())
     for pattern, fix in _TRAPS.items():
         if re.search(pattern, written):
             raise UnitError(quoted(text), GOOD, fix, pointed(text))
