@@ -6,8 +6,8 @@ Grammar, strict, everything else is refused with a sentence::
               | number ± number unit | (number ± number)[e±n] [unit] | number unit ± number unit
     number   := [sign] digits [. digits] [e [sign] digits]     a point is the decimal mark, nothing groups digits
 
-``±`` is written ``+/-`` and ``+-`` as well; what follows it is a *standard* uncertainty, greater than zero. The grammar of units
-is in `metrology.units.symbols`.
+``±`` is written ``+/-`` and ``+-`` as well; what follows it is a *standard* uncertainty, greater than zero. The grammar
+of units is in `metrology.units.symbols`.
 """
 
 from __future__ import annotations
