@@ -104,11 +104,11 @@ class Decision:
     sentence: str
 
 
-def rule_risk(rule: Rule, output: Output) -> float | None:
+def rule_risk(rule: Rule, output: Output, limits: Limits | None = None, prior: Prior | None = None) -> float | None:
     """Return the largest specific risk of a wrong pass that a rule allows; None for a global risk, which bounds none.
 
-    It is that of a result of this distribution on one acceptance limit, the other being far: a half without a guard
-    band where the distribution is symmetric (ILAC-G8 4.2).
+    It is that of a result of this distribution on one acceptance limit: a half without a guard band where the
+    distribution is symmetric and the other limit far (ILAC-G8 4.2). What lies beyond the other limit counts as well.
 
     Parameters
     ----------
@@ -116,6 +116,10 @@ def rule_risk(rule: Rule, output: Output) -> float | None:
         Decision rule.
     output : Output
         Distribution of the result.
+    limits : Limits, optional
+        Tolerance limits; without them, or where no result could pass, the risk is that of one limit alone.
+    prior : Prior, optional
+        What is known of such items before the measurement.
 
     Returns
     -------
@@ -139,7 +143,14 @@ def rule_risk(rule: Rule, output: Output) -> float | None:
         return 0.0
     bands = _bands(output, Limits(output.value, output.value), rule, None)
     assert bands is not None
-    return float(max(output.below(output.value - bands[0]), output.above(output.value + bands[1])))
+    if limits is None or (accepted := limits.shrunk(*bands)).empty:
+        return float(max(output.below(output.value - bands[0]), output.above(output.value + bands[1])))
+    edges = [edge for edge in (accepted.lower, accepted.upper) if edge is not None]
+    # A result that lies inside may be wrong more often than one on the edge: under a prior, or of a density with a dip.
+    places = [*edges, output.value] if accepted.holds(output.value) else edges
+    # A result where the prior has no probability is none that could pass.
+    met = [at for at in places if prior is None or sum(output.posterior(prior, limits, at - output.value)) > 0]
+    return float(max((_outside(output, limits, prior, at) for at in met), default=0.0))
 
 
 def probability_of_conformity(output: Output, limits: Limits, prior: Prior | None = None) -> tuple[float, float]:
