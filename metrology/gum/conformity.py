@@ -19,6 +19,7 @@ __all__ = ["Analytic", "Decision", "Empirical", "Limits", "Prior", "Rule", "deci
 Verdict = Literal["pass", "conditional pass", "conditional fail", "fail"]
 WIDTHS = {
     "guard band": "w = {factor:g}·U",
+    "guard band by k": "w = {factor:g}·{k:g}·u",
     "specific risk": "w for a specific risk of {risk:g}",
     "global risk": "w for a global risk of {risk:g}",
 }
@@ -65,7 +66,10 @@ class Rule:
         if self.kind == "simple acceptance":
             return said("simple acceptance (w = 0)")
         kinds = said("pass or fail" if self.binary else "pass, conditional pass, conditional fail or fail")
-        width = said(WIDTHS[self.kind], factor=float(self.factor), risk=float(self.risk))
+        # U of a k of its own is not the U that the report prints of the result.
+        kind = "guard band by k" if self.kind == "guard band" and self.coverage_factor is not None else self.kind
+        k = float(self.coverage_factor or 0.0)
+        width = said(WIDTHS[kind], factor=float(self.factor), risk=float(self.risk), k=k)
         return said("guard band, {width}; {verdicts}", width=width, verdicts=kinds)
 
 

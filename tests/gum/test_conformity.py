@@ -224,6 +224,8 @@ def test_limit_scales_do_not_matter(kind: str) -> None:
 def test_closed_form_the_rule_is_told_in_words() -> None:
     assert Rule("simple acceptance").text == "simple acceptance (w = 0)"
     assert Rule().text == "guard band, w = 1·U; pass, conditional pass, conditional fail or fail"
+    by_k = Rule(factor=0.5, coverage_factor=2.0, binary=True)
+    assert by_k.text == "guard band, w = 0.5·2·u; pass or fail"
     assert Rule("specific risk", binary=True).text == "guard band, w for a specific risk of 0.025; pass or fail"
 
 
