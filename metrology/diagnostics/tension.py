@@ -248,12 +248,14 @@ class Tension:
         the extensometer reads.
         """
         whole = "setup" if self.halves > 1 else "constant setup"
-        other = {SCALE: whole, whole: SCALE}.get(name)
+        other = {SCALE: whole, whole: SCALE, "setup": SCALE}.get(name)
         if other is None or other in fit.effects or other in self.reasons():
             return None
         by_force = self.slope * float(np.mean([one.scale for one in self.records]))
         own, size = self.candidates[name].size, self.candidates[other].size
-        part = fit.values[own.name] if name == SCALE else -fit.values[own.name] / by_force
+        # Compliances that differ between the mountings leave what they have in common.
+        found = float(np.mean([value for key, value in fit.values.items() if key.partition("@")[0] == own.name]))
+        part = found if name == SCALE else -found / by_force
         value, moved = (-part * by_force, part) if name == SCALE else (part, -part)
         laws = {self.candidates[one].cause.law for one in fit.effects if one != name} - {""}
         if self.candidates[other].cause.law in laws or not size.low <= value <= size.high:
