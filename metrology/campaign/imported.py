@@ -263,7 +263,7 @@ def enter_results(document: Document) -> tuple[tuple[SourceFile, ...], tuple[Imp
             found.append(rest)
             rests[about] = entry["from"]
             lost[about] = _lost(result, found)
-    loose = {about for about, name in rests.items() if list(rests.values()).count(name) > 1}
+    loose = {about for about, name in rests.items() if Counter(rests.values())[name] > 1}
     _enter(data, entered, declared)
     known = tuple(replace(one, lost=lost[about], loose=about in loose) for about, one in imported.items())
     return tuple(source for source, _ in files.values()), known, tuple(together)
