@@ -80,6 +80,20 @@ def test_closed_form_new_readings_bring_their_own_scatter(tmp_path: Path) -> Non
     assert found.dof == pytest.approx((of_line + of_mean) ** 2 / (of_line**2 / 6 + of_mean**2 / 3), rel=1e-6)
 
 
+@pytest.mark.parametrize(("unit", "readings"), [("mK", [10.2e3, 10.9e3, 10.3e3]), ("degC", [10.2, 10.9, 10.3])])
+def test_closed_form_new_readings_are_in_their_unit(unit: str, readings: list[float]) -> None:
+    import metrology
+
+    zero = 0.0 if unit == "mK" else 273.15
+    point = {"name": "x0", "readings": readings, "unit": unit}
+    line = {"x": {"values": X.tolist(), "unit": "mm"}, "predict": [point]}
+    line["y"] = {"values": np.round(1 + 2 * X + SCATTER + zero, 6).tolist(), "unit": "K"}
+    stated = {"format": "metrology-campaign/1", "id": "new", "title": "New readings", "fits": {"cal": line}}
+    found = metrology.run(stated, coverage=False)["cal.x0"]
+    slope, intercept = np.polyfit(X, np.round(1 + 2 * X + SCATTER, 6), 1)
+    assert found.result.framework.value == pytest.approx(1e-3 * (31.4 / 3 - intercept) / slope, rel=1e-9)
+
+
 def test_limit_a_slope_that_is_not_significant_has_a_notice(tmp_path: Path) -> None:
     findings = evaluated(tmp_path, 1 + 0.02 * X + SCATTER, "y: 1.2(1)")
     assert any("cal.x0: the slope of the line is not significant" in one for one in findings.warnings)

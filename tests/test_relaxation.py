@@ -392,6 +392,29 @@ def test_planted_a_stiffness_that_changes_with_the_level_is_said(stiffens, loose
     assert words.startswith("a stiffens" if whole > 0 else "a softens")
 
 
+BETWEEN = Held(parts=(0.3,), times=(25.0,), levels=(3e-3, 5e-3), holds=(189.0, 199.0), before=10.0, ramp=1.0)
+"""Two levels; the ramp to the second lies between two readings, and no reading says when in these two seconds."""
+SLOWER = np.concatenate([np.arange(0.0, 12.0, 0.5), np.arange(12.0, 40.0), np.arange(40.0, 400.0, 2.0)])
+"""Stamps of a recorder that reads ever more slowly."""
+
+
+def between(one: Held, seed: int) -> dict[str, str]:
+    # The generator takes what was imposed as straight from stamp to stamp: on those that it is read at it would know.
+    every = np.arange(0.0, 400.0, 0.25)
+    found, kept = record(one, np.random.default_rng(seed), every), np.isin(every, SLOWER)
+    mounting = Mounting("a", *(found[name][kept] for name in ("time", "force", "elongation")))
+    return failed(relaxation.analyse(RelaxationTest("t", (mounting,), at=100.0), FACTS, {}))
+
+
+@pytest.mark.parametrize("seed", range(1, 5))
+def test_law_a_step_that_lies_between_readings_is_no_answer_that_changes_with_the_level(seed: int):
+    assert "linearity over the levels" not in between(BETWEEN, seed)
+
+
+def test_planted_a_stiffness_that_changes_is_said_also_of_a_step_between_readings():
+    assert "stiffens" in between(replace(BETWEEN, stiffens=0.03), 1)["linearity over the levels"]
+
+
 def test_planted_a_compliance_that_changes_with_the_load_is_said():
     one = replace(LEVELS, load=True, stiff=5e-5, levels=(60.0, 100.0), read_noise=1e-6, stiffens=0.03)
     assert "softens" in failed(analysed(one))["linearity over the levels"]

@@ -253,7 +253,8 @@ number itself it would be ambiguous, and is refused.
 
 A result of another campaign comes from its `results.json`, which lies in this campaign's folder, is known by its
 SHA-256 and is attached to the report. The value is the one reported there; each row of its budget is a component here,
-with its degrees of freedom, rows that are correlated as one. A row whose cause has the name of one under `causes` here
+with its degrees of freedom, rows that are correlated as one, and one more where the u that is reported there exceeds
+what its rows say (a square at zero). A row whose cause has the name of one under `causes` here
 is that cause, and what two results depend on both is one unknown in both, also where one of them came here by a
 campaign in between. Where results of one file are correlated there beyond that (readings taken together, parameters of
 one fit) what is left of each is one component, with their covariance and the fewest degrees of freedom among them.

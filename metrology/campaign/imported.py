@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cache
 from hashlib import sha256
-from math import ceil, inf, isfinite, log10, sqrt
+from math import ceil, inf, isfinite, log10, nan, sqrt
 from typing import TYPE_CHECKING, Any
 
 from metrology import jsontext
@@ -74,6 +74,7 @@ class Result:
     test: str = ""
     monte_carlo: Drawn = Drawn()
     doubts: tuple[str, ...] | None = None
+    u: float = nan  # as reported: of the draws where these do not confirm the framework
 
 
 @dataclass(frozen=True)
@@ -170,6 +171,8 @@ class Imported:
         Why its own report does not judge it; empty where it does.
     lost : str
         What of its distribution is not carried over; empty where all is.
+    loose : bool
+        Whether a part of its u that no row of its budget has may be correlated with that of another result.
     """
 
     about: str
@@ -177,6 +180,7 @@ class Imported:
     report: str
     reasons: tuple[str, ...]
     lost: str
+    loose: bool = False
 
 
 @dataclass(frozen=True)
@@ -250,9 +254,18 @@ def enter_results(document: Document) -> tuple[tuple[SourceFile, ...], tuple[Imp
     for name, (_, findings) in files.items():
         of_file = {about: (result, found) for entry, about, result, found in entered if entry["from"] == name}
         together += _jointly(of_file, findings.correlations, declared)
-    lost = {about: _lost(result, found) for about, (result, found) in {e[1]: e[2:] for e in entered}.items()}
+    lost, rests = dict[str, str](), dict[str, str]()
+    for entry, about, result, found in entered:
+        if about in lost:
+            continue
+        lost[about] = _lost(result, found)
+        if lost[about] and (rest := _rest(result, found)) is not None:
+            found.append(rest)
+            rests[about] = entry["from"]
+            lost[about] = _lost(result, found)
+    loose = {about for about, name in rests.items() if Counter(rests.values())[name] > 1}
     _enter(data, entered, declared)
-    known = tuple(replace(one, lost=lost[about]) for about, one in imported.items())
+    known = tuple(replace(one, lost=lost[about], loose=about in loose) for about, one in imported.items())
     return tuple(source for source, _ in files.values()), known, tuple(together)
 
 
@@ -353,12 +366,12 @@ def _lost(result: Result, found: list[Part]) -> str:
     import numpy as np
 
     known, u = result.monte_carlo, result.framework.u
-    if known.law_valid or not found or not u > 0 or not all(map(isfinite, (known.low, known.high, known.tolerance))):
+    if known.law_valid or not all(map(isfinite, (known.low, known.high, known.tolerance))):
         return ""
-    generator = np.random.default_rng(1)
-    draws = sum(_distribution(part).draw(generator, _DRAWS) for part in found)
-    tail = (1 - known.p) / 2
-    low, high = result.value + np.quantile(draws, (tail, 1 - tail))
+    u = u or (known.high - known.low) / 2
+    if not u > 0:
+        return ""
+    low, high = result.value + np.quantile(_drawn(found), _tails(known))
     if max(abs(low - known.low), abs(high - known.high)) <= max(known.tolerance, _KEPT * u):
         return ""
     text = (
@@ -369,6 +382,39 @@ def _lost(result: Result, found: list[Part]) -> str:
     digits = 2 + max(1, ceil(log10(max(map(abs, ends.values())) / u)))
     sizes = {name: readable(end, result.unit, digits) for name, end in ends.items()}
     return said(text, percent=100 * known.p, **sizes)
+
+
+def _rest(result: Result, found: list[Part]) -> Part | None:
+    """What the reported u has beyond the parts: of an equation whose first order says less than its draws.
+
+    The rows of a square at zero all have a sensitivity of zero; its u would be lost.
+    """
+    import numpy as np
+
+    if not isfinite(result.u):
+        return None
+    variance = sum(_distribution(part).deviation ** 2 for part in found)
+    if variance == inf:
+        low, high = np.quantile(_drawn(found), _tails(result.monte_carlo))
+        variance = float((high - low) / (2 * Normal(1.0).quantile(_tails(result.monte_carlo)[1]))) ** 2
+    if result.u <= (1 + _KEPT) * sqrt(variance):
+        return None
+    name = "what its budget does not show"
+    return Part(f"{result.name}: {name}", name, sqrt(result.u**2 - variance), "normal", None, "B", "", "")
+
+
+def _drawn(found: list[Part]) -> Any:
+    """Draws of the parts together, each as it is entered."""
+    import numpy as np
+
+    generator = np.random.default_rng(1)
+    return sum((_distribution(part).draw(generator, _DRAWS) for part in found), np.zeros(1))
+
+
+def _tails(known: Drawn) -> tuple[float, float]:
+    """Probabilities below the two ends of a symmetric interval."""
+    tail = (1 - known.p) / 2
+    return tail, 1 - tail
 
 
 def _distribution(part: Part) -> Distribution:

@@ -151,7 +151,7 @@ def _verdict(requirement: Requirement, estimate: Estimate) -> Conformity:
         global_consumer_risk=decision.global_consumer_risk,
         global_producer_risk=decision.global_producer_risk,
         sentence=decision.sentence,
-        rule_risk=rule_risk(rule, output),
+        rule_risk=rule_risk(rule, output, limits, prior),
         agreed=requirement.decision.agreed.isoformat() if requirement.decision.agreed else "",
         source=requirement.source,
         close_out=requirement.close_out,

@@ -289,6 +289,12 @@ def _of_imports(campaign: Campaign, plan: Plan) -> dict[str, tuple[Doubt, ...]]:
         if one.lost:
             text = "{names:comma}: {result} of {report} enters with its standard uncertainty alone: {what}."
             doubts.append(Doubt("imported result", said(text, what=one.lost, **known), covered=True, shape=True))
+        if one.loose:
+            text = (
+                "{names:comma}: part of the uncertainty of {result} of {report} is in no row of its budget, as is that "
+                "of another result of that report; how the two are correlated is not known."
+            )
+            doubts.append(Doubt("imported result", said(text, **known)))
         plan.warnings.extend(doubt.sentence for doubt in doubts)
         # One that is found nowhere may have gone into any of them.
         for name in entered or plan.identities:

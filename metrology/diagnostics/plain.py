@@ -117,6 +117,9 @@ class Plain:
         Takes a fit; returns the unlisted laws.
     acts_in : callable
         Takes a fit, an effect and the standard uncertainties of the unknowns; returns in which blocks it acts.
+    twins : callable
+        Takes a fit and one of its effects; returns the cause that does the same to the readings and the values with it,
+        or None.
     """
 
     sample: str
@@ -141,6 +144,7 @@ class Plain:
     slow: tuple[Slow, ...] = ()
     forms: Callable[[Fit], Sequence[Direction]] = lambda _fit: ()
     acts_in: Callable[[Fit, str, Array], str] = lambda _fit, _name, _spread: ""
+    twins: Callable[[Fit, str], tuple[str, Mapping[str, float]] | None] = lambda _fit, _name: None
 
     # ---- fits ---------------------------------------------------------------------------------------------------
     def unknowns(self, effects: Sequence[str], values: Mapping[str, float]) -> tuple[Unknown, ...]:
@@ -287,8 +291,9 @@ class Plain:
         names = (size.name for name in effects for size in self.candidates[name].parameters)
         return {name: values[name] for name in names if name in values and name not in sought}
 
-    def equivalent(self, _fit: Fit, _name: str) -> None:
-        """No two causes do exactly the same here."""
+    def equivalent(self, fit: Fit, name: str) -> tuple[str, Mapping[str, float]] | None:
+        """Another cause that does the same to the readings, and the values with it; None without one."""
+        return self.twins(fit, name)
 
     def families(self, fit: Fit) -> Sequence[Direction]:
         """Unlisted laws of any form."""

@@ -36,6 +36,8 @@ from metrology.tension.test import TensionTest
 
 RATES, LEAST = 2.0, 4
 """Rates of force, the largest over the smallest, and specimens from which on a line over the rate can be drawn."""
+SCALE = "extensometer scale"
+"""Cause that does to the readings what a compliance does that all records share."""
 SELDOM = 5e-4
 """Rate at which a chance scatter would be taken for an effect of the rate."""
 
@@ -76,6 +78,9 @@ class Tension:
             for one, own in zip(self.records, self.rates, strict=True)
         ]
         self.candidates = {name: _limited(one, first) for name, one in TENSION.items()}
+        if self.halves > 1:
+            # The halves of one record are one mounting: what each mounting has of its own they have in common.
+            self.candidates = {name: _shared(one) for name, one in self.candidates.items()}
         self.withdrawn: dict[str, str] = {}
 
     def _scatter(self, slopes: Array) -> float:
@@ -217,7 +222,7 @@ class Tension:
         return Plain(
             sample, "tension", self.candidates, blocks, common, own, self.predict, self.trials, self.reasons(),
             lambda fit: gap(self.records, fit), lambda before, after: pictures(self.records, before, after),
-            slopes=self.slopes, forms=self.families, acts_in=self.where,
+            slopes=self.slopes, forms=self.families, acts_in=self.where, twins=self.twins,
             scatters={"curvature.uneven": self._bows()}, floor=1.0 if self.few else 0.0,
         )  # fmt: skip
 
@@ -235,6 +240,27 @@ class Tension:
             u = self.scatter
             found.append(Unknown(f"deviation@{one.name}", 0.0, 0.1 * u, mean=0.0, u=u, unit="1/N"))
         return found
+
+    def twins(self, fit: Fit, name: str) -> tuple[str, Mapping[str, float]] | None:
+        """Scale of the extensometer in the place of a compliance that all records share, and the reverse.
+
+        Beside one of them nothing of the other can be seen: the crosshead moves by the same part of the force more than
+        the extensometer reads.
+        """
+        whole = "setup" if self.halves > 1 else "constant setup"
+        other = {SCALE: whole, whole: SCALE, "setup": SCALE}.get(name)
+        if other is None or other in fit.effects or other in self.reasons():
+            return None
+        by_force = self.slope * float(np.mean([one.scale for one in self.records]))
+        own, size = self.candidates[name].size, self.candidates[other].size
+        # Compliances that differ between the mountings leave what they have in common.
+        found = float(np.mean([value for key, value in fit.values.items() if key.partition("@")[0] == own.name]))
+        part = found if name == SCALE else -found / by_force
+        value, moved = (-part * by_force, part) if name == SCALE else (part, -part)
+        laws = {self.candidates[one].cause.law for one in fit.effects if one != name} - {""}
+        if self.candidates[other].cause.law in laws or not size.low <= value <= size.high:
+            return None
+        return other, {**fit.values, size.name: value, "slope": fit.values["slope"] + moved * self.slope}
 
     def families(self, _fit: Fit) -> list[Direction]:
         """Extension of any form."""
@@ -269,6 +295,11 @@ def _limited(one: Candidate, seen: Pulled) -> Candidate:
         for size in one.parameters
     )  # fmt: skip
     return replace(one, parameters=tuple(sizes))
+
+
+def _shared(one: Candidate) -> Candidate:
+    """Candidate with one size for all records."""
+    return replace(one, parameters=tuple(replace(size, own=False) for size in one.parameters))
 
 
 def tension(test: TensionTest, drawn: Sequence[Lines], *, rng: np.random.Generator, sample: str = "") -> Diagnosis:

@@ -19,6 +19,7 @@ __all__ = ["Analytic", "Decision", "Empirical", "Limits", "Prior", "Rule", "deci
 Verdict = Literal["pass", "conditional pass", "conditional fail", "fail"]
 WIDTHS = {
     "guard band": "w = {factor:g}·U",
+    "guard band by k": "w = {factor:g}·{k:g}·u",
     "specific risk": "w for a specific risk of {risk:g}",
     "global risk": "w for a global risk of {risk:g}",
 }
@@ -65,7 +66,10 @@ class Rule:
         if self.kind == "simple acceptance":
             return said("simple acceptance (w = 0)")
         kinds = said("pass or fail" if self.binary else "pass, conditional pass, conditional fail or fail")
-        width = said(WIDTHS[self.kind], factor=float(self.factor), risk=float(self.risk))
+        # U of a k of its own is not the U that the report prints of the result.
+        kind = "guard band by k" if self.kind == "guard band" and self.coverage_factor is not None else self.kind
+        k = float(self.coverage_factor or 0.0)
+        width = said(WIDTHS[kind], factor=float(self.factor), risk=float(self.risk), k=k)
         return said("guard band, {width}; {verdicts}", width=width, verdicts=kinds)
 
 
@@ -104,11 +108,11 @@ class Decision:
     sentence: str
 
 
-def rule_risk(rule: Rule, output: Output) -> float | None:
+def rule_risk(rule: Rule, output: Output, limits: Limits | None = None, prior: Prior | None = None) -> float | None:
     """Return the largest specific risk of a wrong pass that a rule allows; None for a global risk, which bounds none.
 
-    It is that of a result of this distribution on one acceptance limit, the other being far: a half without a guard
-    band where the distribution is symmetric (ILAC-G8 4.2).
+    It is that of a result of this distribution on one acceptance limit: a half without a guard band where the
+    distribution is symmetric and the other limit far (ILAC-G8 4.2). What lies beyond the other limit counts as well.
 
     Parameters
     ----------
@@ -116,6 +120,10 @@ def rule_risk(rule: Rule, output: Output) -> float | None:
         Decision rule.
     output : Output
         Distribution of the result.
+    limits : Limits, optional
+        Tolerance limits; without them, or where no result could pass, the risk is that of one limit alone.
+    prior : Prior, optional
+        What is known of such items before the measurement.
 
     Returns
     -------
@@ -139,7 +147,14 @@ def rule_risk(rule: Rule, output: Output) -> float | None:
         return 0.0
     bands = _bands(output, Limits(output.value, output.value), rule, None)
     assert bands is not None
-    return float(max(output.below(output.value - bands[0]), output.above(output.value + bands[1])))
+    if limits is None or (accepted := limits.shrunk(*bands)).empty:
+        return float(max(output.below(output.value - bands[0]), output.above(output.value + bands[1])))
+    edges = [edge for edge in (accepted.lower, accepted.upper) if edge is not None]
+    # A result that lies inside may be wrong more often than one on the edge: under a prior, or of a density with a dip.
+    places = [*edges, output.value] if accepted.holds(output.value) else edges
+    # A result where the prior has no probability is none that could pass.
+    met = [at for at in places if prior is None or sum(output.posterior(prior, limits, at - output.value)) > 0]
+    return float(max((_outside(output, limits, prior, at) for at in met), default=0.0))
 
 
 def probability_of_conformity(output: Output, limits: Limits, prior: Prior | None = None) -> tuple[float, float]:

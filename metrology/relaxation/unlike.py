@@ -15,6 +15,8 @@ from metrology.relaxation.noise import Colours
 
 SIZE = 0.1
 """Standard deviation beforehand of the change over the range of the input, relative to what changes."""
+SEEN = 1e-6
+"""Part of a column that the others leave of it, below which it is one of them."""
 STRAIGHT = 16
 """Straight pieces for each one of the course where its own curve counts: a parabola to 0.4 %."""
 
@@ -30,7 +32,7 @@ class Unlike:
     whole, whole_u : float
         Relative change of the whole answer from rest to the highest level, and its standard uncertainty.
     part, part_u : float
-        That of what relaxes, beyond the change of the whole; NaN where nothing does.
+        That of what relaxes, beyond the change of the whole; NaN where nothing does, or none of it is seen.
     """
 
     odds: float
@@ -71,8 +73,13 @@ def unlike(scene: Scene, best: Fitted, noise: Colours, time: Array, *, parts: bo
     from scipy.special import logsumexp
 
     added = _columns(scene, best, time, 1) if parts else _columns(scene, best, time, STRAIGHT)[:, :1]
-    white, n, q = noise.whitening, len(best.model), best.columns.shape[1]
-    Q = np.linalg.qr(white @ best.columns)[0]
+    known = np.column_stack([best.columns, *(_instants(scene, best, time) if parts else ())])
+    own = np.linalg.qr(np.column_stack([known, added[:, :1]]))[0]
+    # Beside steps whose instants are not known nothing may be left of what relaxes alone.
+    left = np.linalg.norm(added - own @ (own.T @ added), axis=0)
+    added = added[:, np.append(True, left[1:] > SEEN * np.linalg.norm(added, axis=0)[1:])]
+    white, n, q = noise.whitening, len(best.model), known.shape[1]
+    Q = np.linalg.qr(white @ known)[0]
     rest, more = white @ (scene.answer.of.y - best.model)[:, None], white @ added
     rest, more = (one - Q @ (np.swapaxes(Q, 1, 2) @ one) for one in (rest, more))
     info = np.swapaxes(more, 1, 2) @ more + 1e-300 * np.eye(added.shape[1])
@@ -104,11 +111,39 @@ def _columns(scene: Scene, best: Fitted, time: Array, straight: int) -> Array:
     corners, values = (np.interp(np.linspace(0, ends[-1], straight * ends[-1] + 1), ends, row)
                        for row in (corners, values))  # fmt: skip
     squared = (values - values[0]) ** 2 / (2 * span)
-    means = np.add.reduceat(np.interp(time, corners, squared), of.start[:-1]) / of.count
-    other = replace(scene, answer=Answer(replace(of, u=means), corners, squared))
-    first = 1 + form.drift
-    shapes = best.values[len(best.values) - form.shapes :]
-    sizes = best.values[first : len(best.values) - form.shapes]
-    columns = other.columns(form, shapes)[:, first:] * sizes
+    columns = _answered(scene, best, time, corners, squared)
     whole = columns.sum(axis=1)
     return np.column_stack([whole, columns[:, 1:].sum(axis=1)]) if form.branches else whole[:, None]
+
+
+def _instants(scene: Scene, best: Fitted, time: Array) -> list[Array]:
+    """What the most probable form answers to a step half an interval earlier, for each step between two readings.
+
+    Its instant within the interval no reading tells: a step that is modelled later than it was has relaxed more than
+    the others, which is no answer that changes with the level.
+    """
+    corners, values = scene.answer.course
+    span, found = float(np.ptp(values)) or 1.0, list[Array]()
+    own = np.linalg.qr(best.columns)[0]
+    for at in range(len(corners) - 1):
+        (begin, end), slack = corners[at : at + 2], 1e-9 * time[-1]
+        if abs(values[at + 1] - values[at]) < WITHIN * span or ((time > begin + slack) & (time < end - slack)).any():
+            continue
+        sooner = np.insert(corners, at + 1, (begin + end) / 2), np.insert(values, at + 1, values[at + 1])
+        moved = (_answered(scene, best, time, *sooner) - _answered(scene, best, time, corners, values)).sum(axis=1)
+        left = moved - own @ (own.T @ moved)
+        # What the sizes of the form do as well is in its columns already.
+        if np.linalg.norm(left) > SEEN * np.linalg.norm(moved):
+            found.append(moved)
+            own = np.column_stack([own, left / np.linalg.norm(left)])
+    return found
+
+
+def _answered(scene: Scene, best: Fitted, time: Array, corners: Array, values: Array) -> Array:
+    """What the most probable form answers to another course, but for zero and drift: a column for each of its sizes."""
+    of, form = scene.answer.of, best.form
+    means = np.add.reduceat(np.interp(time, corners, values), of.start[:-1]) / of.count
+    other = replace(scene, answer=Answer(replace(of, u=means), corners, values))
+    first, shapes = 1 + form.drift, best.values[len(best.values) - form.shapes :]
+    sizes = best.values[first : len(best.values) - form.shapes]
+    return np.asarray(other.columns(form, shapes)[:, first:] * sizes)

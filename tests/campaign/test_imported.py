@@ -364,3 +364,38 @@ tests:
 
 def _of(folder: Path):
     return from_json(folder / "source.json").results
+
+
+SQUARE = """\
+id: source
+quantities: {{s: '{s} mm'}}
+derived: [{{quantity: w, expression: s**2, unit: mm^2}}, {{quantity: v, expression: 3*s**2, unit: mm^2}}]
+"""
+SQUARE_USE = """\
+id: use
+quantities: {{w: {{from: source.json, result: w, sha256: {sha}}}}}
+derived: [{{quantity: y, expression: 2*w, unit: mm^2}}]
+requirements:
+  - {{id: R, quantity: y, limits: {{upper: 12 mm^2}}, decision: {{rule: specific risk}}}}
+"""
+
+
+@pytest.mark.parametrize("s", ["0.0(10)", "0.05(100)"])
+def test_a_result_of_which_the_first_order_says_little_enters_with_its_reported_u(tmp_path: Path, s: str):
+    # u of the draws is 1.4 mm²; by the sensitivities it is none, or 0.1 mm².
+    found = _from_source(tmp_path, SQUARE.format(s=s), SQUARE_USE)
+    assert found["y"].u == pytest.approx(2 * sqrt(2) * 1e-6, rel=0.02)
+    findings = chain.evaluate(load(tmp_path / "campaign.yaml"), coverage=False)
+    (row,) = [row for row in findings.results[0].budget if row.component.endswith("what its budget does not show")]
+    assert row.contribution == pytest.approx(2 * sqrt(2) * 1e-6, rel=0.02)
+    assert not findings.conformity
+    assert [one.requirement for one in findings.withheld] == ["R"]
+
+
+def test_parts_that_no_budget_has_of_two_results_of_one_report_are_not_judged(tmp_path: Path):
+    use = SQUARE_USE.replace("12 mm^2", "200 mm^2").replace("quantities: {{w:", """quantities: {{
+  v: {{from: source.json, result: v, sha256: {sha}}}, w:""").replace("2*w", "w + v")  # fmt: skip
+    _from_source(tmp_path, SQUARE.format(s="0.0(10)"), use)
+    findings = chain.evaluate(load(tmp_path / "campaign.yaml"), coverage=False)
+    assert not findings.conformity
+    assert any("how the two are correlated is not known" in text for text in findings.warnings)

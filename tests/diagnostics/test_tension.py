@@ -109,6 +109,17 @@ def test_planted_scale_of_the_extensometer_is_told_from_a_set_up_by_lengths():
     assert "extensometer scale" in found.possible
 
 
+@pytest.mark.parametrize(("specimens", "toe"), [(1, 0.0), (3, 5e-6)])
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_planted_compliance_of_a_few_per_cent_stands_with_the_scale_that_no_record_parts_from_it(seed, specimens, toe):
+    """Also of one specimen, and where a further cause is in the model; the scale alone moved E by all of it."""
+    found = together([replace(STIFF, compliance=1.5e-9, toe=toe)] * specimens, seed)
+    whole = "setup" if specimens == 1 else "constant setup"
+    assert {"extensometer scale", whole} <= set(found.possible)
+    assert not {"extensometer scale", whole} & set(found.named)
+    assert ("toe" in found.possible) == (toe > 0)
+
+
 def test_planted_effect_of_the_rate_is_named_with_its_size():
     rates = (2.0, 2.0, 20.0, 20.0, 200.0, 200.0)
     found = together([replace(STIFF, rate=one, exponent=0.03) for one in rates], 7)

@@ -224,6 +224,8 @@ def test_limit_scales_do_not_matter(kind: str) -> None:
 def test_closed_form_the_rule_is_told_in_words() -> None:
     assert Rule("simple acceptance").text == "simple acceptance (w = 0)"
     assert Rule().text == "guard band, w = 1·U; pass, conditional pass, conditional fail or fail"
+    by_k = Rule(factor=0.5, coverage_factor=2.0, binary=True)
+    assert by_k.text == "guard band, w = 0.5·2·u; pass or fail"
     assert Rule("specific risk", binary=True).text == "guard band, w for a specific risk of 0.025; pass or fail"
 
 
@@ -268,6 +270,28 @@ def test_twice_the_risk_of_a_rule_is_that_of_a_result_on_its_acceptance_limit(ru
     assert edge is not None
     _, outside = conforming(edge, 0.3, limits=limits, dof=dof)
     assert rule_risk(rule, Analytic(20.0, 0.3, dof)) == pytest.approx(outside, rel=1e-9)
+
+
+@pytest.mark.parametrize("dof", [4.0, math.inf])
+@pytest.mark.parametrize("prior", [None, Prior.normal(20.0, 0.5)])
+@pytest.mark.parametrize("factor", [0.0, 0.5, 1.0])
+def test_no_pass_is_wrong_more_often_than_the_risk_of_the_rule(dof: float, prior: Prior | None, factor: float) -> None:
+    # Hardly wider than two guard bands: what lies beyond the other limit doubles the risk of one limit.
+    output = Analytic(20.0, 0.1, dof)
+    rule, half = Rule("guard band", factor=factor), 1.01 * (output.interval(0.95)[1] - 20.0)
+    limits = Limits(20.0 - half, 20.0 + half)
+    most = rule_risk(rule, output, limits, prior)
+    assert most is not None
+    for value in np.linspace(limits.lower, limits.upper, 41):
+        decision = decide(Analytic(float(value), 0.1, dof), limits=limits, rule=rule, prior=prior)
+        assert decision.verdict != "pass" or decision.specific_risk <= most * (1 + 1e-9)
+    if prior is None and factor == 1.0:
+        assert most == pytest.approx(0.05, rel=0.06)
+
+
+def test_limit_the_risk_of_the_rule_is_that_of_results_which_the_prior_allows() -> None:
+    limits, prior = Limits(10.0, 30.0), Prior.rectangular(19.9, 20.1)
+    assert rule_risk(Rule(), Analytic(20.0, 0.001), limits, prior) == 0.0
 
 
 def test_limit_a_global_risk_bounds_no_single_item() -> None:

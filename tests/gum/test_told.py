@@ -259,7 +259,7 @@ def test_law_each_verdict_is_a_sentence_with_its_risk(value: float) -> None:
     risk = stats.norm.sf(abs(10 - value))
     assert found.specific_risk == pytest.approx(risk, rel=1e-12)
     assert found.probability == pytest.approx(1 - risk if value < 10 else risk, rel=1e-12)
-    assert found.rule == "guard band, w = 1·U; pass, conditional pass, conditional fail or fail"
+    assert found.rule == "guard band, w = 1·2·u; pass, conditional pass, conditional fail or fail"
     assert (found.global_consumer_risk, found.global_producer_risk) == (None, None)
 
 

@@ -113,6 +113,23 @@ def spoken(findings: Findings, *codes: str, sign: str = "comma", parts: tuple[st
     return replace(findings, campaign=campaign)
 
 
+@pytest.mark.parametrize(("code", "expected"), [("de", "nach dem GUM-Verfahren"), ("es", "por el método de la GUM")])
+def test_what_an_audited_figure_is_by_monte_carlo_is_said_in_the_language(code: str, expected: str):
+    import metrology
+
+    half = {"half_width": "4 N", "distribution": "rectangular"}
+    stated = {
+        "format": "metrology-campaign/1", "id": "audited", "title": "Zz",
+        "quantities": {"p": "10 N", "q": {"value": "10 N", "uncertainty": [half]}},
+        "derived": [{"quantity": "R", "expression": "p / q", "unit": "1"}],
+        "audit": [{"figure": "Zz", "quantity": "R", "published": "1.00"}],
+    }  # fmt: skip
+    findings = metrology.run(stated, coverage=False).findings
+    page = make(spoken(findings, code, parts=WHOLE))["report.html"].decode()
+    assert expected in page
+    assert "by the GUM framework, Monte" not in page
+
+
 # ---- no English by oversight ----------------------------------------------------------------------------------------
 class Texts(HTMLParser):
     """Texts that a reader of the page meets, one after another."""
