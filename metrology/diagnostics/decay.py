@@ -168,7 +168,8 @@ class Decay:
             if one.size.name in FORCES:
                 size, *shapes = (replace(each, unit=self.rig.parameters[each.name].unit) for each in one.parameters)
                 known, limits = self.rig.parameters[size.name], one.limits(scales)
-                size = replace(size, low=known.low, high=known.high, scale=10 * one.amount(scales))
+                low, high = limits.get(size.name, (known.low, known.high))
+                size = replace(size, low=low, high=high, scale=10 * one.amount(scales))
                 shapes = [replace(each, low=limits[each.name][0], high=limits[each.name][1]) for each in shapes]
                 found[name] = replace(one, parameters=(size, *shapes))
         for name in LINES:

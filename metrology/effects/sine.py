@@ -36,5 +36,7 @@ EFFECT = Effect(
     acts="line", tension=tension, slope=slope,
     causes=(CAUSE, replace(
             CAUSE, method="decay", needs=(), amount=lambda known: 0.1 / known["e"], law="hardening or softening",
+            # A swing that went over the top would not come back; at κ without end each step of a motion is as short.
+            limits=lambda known: {"sine.rate": (0.0, np.pi / known["e"])},
         )),
 )  # fmt: skip

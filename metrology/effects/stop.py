@@ -6,8 +6,13 @@ from metrology.effect import INF, Cause, Effect, Parameter, Scales
 
 
 def shapes(known: Scales, _among: Container[str]) -> list[dict[str, float]]:
-    """Either side, from half the largest motion on."""
-    return [{"stop.gap": side * part * known["e"]} for part in (0.5, 0.7, 0.85) for side in (1, -1)]
+    """Either side: more places would bend with whatever a poor model leaves, and the noise would be taken for less."""
+    return [{"stop.gap": side * 0.7 * known["e"]} for side in (1, -1)]
+
+
+def limits(known: Scales) -> dict[str, tuple[float, float]]:
+    """As stiff as the line at most, within half and all of the largest motion on either side: a wall ends a motion."""
+    return {"stop.stiffness": (0.0, known["k"]), "stop.gap": (-known["e"], known["e"])}
 
 
 EFFECT = Effect(
@@ -28,7 +33,7 @@ EFFECT = Effect(
             advice="clear the path of the motion, or evaluate the periods in which nothing is touched",
             separate="a release from less than x_s: the frequency stays the same at every amplitude",
             pictures=("frequency",), amount=lambda known: 0.02 * known["k"], shapes=shapes,
-            limits=lambda known: {"stop.gap": (-known["e"], known["e"])},
+            limits=limits,
         ),
     ),
 )  # fmt: skip
