@@ -66,7 +66,8 @@ _SPELLED = {
     "volt": "V", "volts": "V", "degree": "deg", "degrees": "deg", "grad": "deg", "meter": "m", "meters": "m",
     "millimeters": "mm", "millimeter": "mm", "metre": "m", "metres": "m", "millimetre": "mm", "millimetres": "mm",
     "centimeter": "cm", "centimeters": "cm", "centimetre": "cm", "centimetres": "cm", "cms": "cm",
-    "gram": "g", "grams": "g", "gramm": "g", "gm": "g", "gms": "g", "kilogram": "kg", "kilograms": "kg", "kgs": "kg", "lbs": "lb", "pound": "lb", "pounds": "lb",
+    "gram": "g", "grams": "g", "gramm": "g", "gm": "g", "gms": "g", "kilogram": "kg", "kilograms": "kg", "kgs": "kg",
+    "lbs": "lb", "pound": "lb", "pounds": "lb",
     "inches": "in", "inch": "in", "prozent": "%", "percent": "%",
 }  # fmt: skip
 """Units in words, as testing machines write them."""
