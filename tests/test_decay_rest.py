@@ -133,3 +133,13 @@ def test_law_readings_at_rest_that_are_all_alike_are_no_measure_of_the_noise(zet
     records = (Channel("release", t, step * np.round(x / step), "m"),)
     found = decay(DecayTest("d", records, Input("d.mass", M, unit="kg"), "k"), rng=np.random.default_rng(1))
     assert found.verdict == "nothing missing"
+
+
+@pytest.mark.parametrize("start", [31e-3, 33e-3])
+def test_limit_a_stop_in_whole_divisions_after_two_half_swings_is_no_step_of_the_reading(start: float) -> None:
+    """Friction holds the mass beside its zero by a division or two, which readings that are all alike made certain."""
+    t, step = np.arange(0.0, 17.5, 0.25) * math.sqrt(M / K), 2e-3
+    x = sticking(K * start / 4, start, t)
+    records = (Channel("release", t, step * np.round(x / step), "m"),)
+    found = decay(DecayTest("d", records, Input("d.mass", M, unit="kg"), "k"), rng=np.random.default_rng(1))
+    assert not {"hop", "drift"}.intersection(found.named)

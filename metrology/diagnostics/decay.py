@@ -236,10 +236,11 @@ class Decay:
         return Plain(
             sample, "decay", self.table(), blocks, common, own, self.predict, self.trials, reasons, self.gap,
             self.pictures, sweep=self.sweep, slopes=self.slopes, horizons=HORIZONS, suggested=self.suggested,
-            has_repeats=self.releases > 1, forms=self.families, floor=self._floor(),
+            has_repeats=self.releases > 1, forms=self.families, floor=self.floor,
         )  # fmt: skip
 
-    def _floor(self) -> float:
+    @property
+    def floor(self) -> float:
         """Level of the noise, over that of the readings, that rounding leaves at least.
 
         What has come to rest reads the same for as long as the record goes on. By those readings the noise would be
