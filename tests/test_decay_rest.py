@@ -122,3 +122,24 @@ def test_law_a_hum_that_goes_on_in_the_rest_is_kept() -> None:
     (parted,) = test.separated
     assert len(parted.free) > 0.9 * len(free)
     assert [is_mains(mode, 50.0) for mode, _ in parted.fit.others] == [True]
+
+
+@pytest.mark.parametrize(("zeta", "start"), [(0.36, -68e-3), (0.42, -68e-3), (0.45, -60e-3), (0.45, -70e-3)])
+def test_law_readings_at_rest_that_are_all_alike_are_no_measure_of_the_noise(zeta: float, start: float) -> None:
+    """By them the noise of readings in whole divisions is nothing, and their rounding is an unlisted law of 10⁴ N."""
+    omega, step = math.sqrt(K / M), 2e-3
+    pole, t = complex(-zeta, math.sqrt(1 - zeta**2)) * omega, np.arange(0.0, 2.5, 0.25 / omega)
+    x = start * (np.exp(pole * t) * complex(1.0, zeta / math.sqrt(1 - zeta**2)).conjugate()).real
+    records = (Channel("release", t, step * np.round(x / step), "m"),)
+    found = decay(DecayTest("d", records, Input("d.mass", M, unit="kg"), "k"), rng=np.random.default_rng(1))
+    assert found.verdict == "nothing missing"
+
+
+@pytest.mark.parametrize("start", [31e-3, 33e-3])
+def test_limit_a_stop_in_whole_divisions_after_two_half_swings_is_no_step_of_the_reading(start: float) -> None:
+    """Friction holds the mass beside its zero by a division or two, which readings that are all alike made certain."""
+    t, step = np.arange(0.0, 17.5, 0.25) * math.sqrt(M / K), 2e-3
+    x = sticking(K * start / 4, start, t)
+    records = (Channel("release", t, step * np.round(x / step), "m"),)
+    found = decay(DecayTest("d", records, Input("d.mass", M, unit="kg"), "k"), rng=np.random.default_rng(1))
+    assert not {"hop", "drift"}.intersection(found.named)

@@ -109,6 +109,11 @@ def test_planted_coverage_of_any_damping(zeta, kind, phi):
     assert (covered < 0.99).all(), covered
 
 
+def test_limit_a_mode_that_grows_beyond_the_largest_number_ends_at_the_rest():
+    value, u, _ = results(record(0.5, np.random.default_rng([12, 100]), phi=0.7))
+    assert abs(value["zeta"] - 0.5) < 3 * u["zeta"]
+
+
 def test_planted_spikes_are_masked_counted_and_leave_no_trace():
     rng = np.random.default_rng(3)
     clean = record(0.02, rng)

@@ -19,6 +19,7 @@ HOPS = 3
 """Most steps of one record: what seems to have more, such as a step of the gain, has another fault."""
 
 _FAR = 25.0  # times the mean square of the rest, beyond which what comes before the first crossing is not looked at
+_LARGEST = 700.0  # logarithm of nearly the largest number
 _MOVES = 5.0  # standard deviations of a rest, beyond which what a fit has there is none of it
 _PLAIN = 0.05  # chance below which the fit leaves more before the first crossing than after it
 _DRIFT = 0.05  # chance of as large a drift from noise alone below which it is taken for one
@@ -185,7 +186,9 @@ def _apart(free: Channel, first: Mode, level: float) -> tuple[Channel, Fit, tupl
     if rest is None:
         return *found, rest
     _, fitted, hops = found
-    left = np.exp([-mode.rate * (rest - float(free.time[0])) for mode in fitted.modes]) * fitted.amplitudes
+    # A mode that grows, as one of noise may, is beyond the largest number at the end of a long rest.
+    grown = [min(-mode.rate * (rest - float(free.time[0])), _LARGEST) for mode in fitted.modes]
+    left = np.exp(grown) * fitted.amplitudes
     if left.max() > _MOVES * free.value[free.time >= rest].std() or any(one.time >= rest for one in hops):
         found = _without_hops(part, first, level)
     return *found, rest

@@ -234,13 +234,25 @@ class Decay:
         }
         if self.test.coordinate == "position":
             reasons["pendulum"] = said("the records are of a position; a pendulum is recorded as an angle")
+        else:
+            # Beside it the noise of swings that a camera reads askew is taken for less, and the sine loses its name.
+            reasons["stop"] = said("the records are of an angle; a stop is sought in a position")
         return Plain(
             sample, "decay", self.table(), blocks, common, own, self.predict, self.trials, reasons, self.gap,
             self.pictures, sweep=self.sweep, slopes=self.slopes, horizons=HORIZONS, suggested=self.suggested,
-            has_repeats=self.releases > 1, forms=self.families,
+            has_repeats=self.releases > 1, forms=self.families, floor=self.floor,
             slow=tuple(Slow(tuple(f"{level}@{one.name}" for level in LEVELS[1:]), len(one.t), one.rounding)
                        for one in self.records),
         )  # fmt: skip
+
+    @property
+    def floor(self) -> float:
+        """Level of the noise, over that of the readings, that rounding leaves at least.
+
+        What has come to rest reads the same for as long as the record goes on. By those readings the noise would be
+        nothing, and whatever the motion before them leaves certain, a thousand times over.
+        """
+        return float(min(min(1.0, one.rounding / float(np.median(one.u))) for one in self.records))
 
     def suggested(self, effects: Sequence[str]) -> dict[str, float]:
         """Values that decay rate and frequency against amplitude suggest."""

@@ -132,7 +132,7 @@ def slow(posed: Plain, found: Diagnosis, prepared: Decay) -> Iterator[Overlay]:
     if fit is None:
         return
     misfit = next((one.statistic for one in found.tests if one.name == "misfit"), 1.0)
-    by = replace(noise(fit, fit.full), misfit=misfit)
+    by = replace(noise(fit, fit.full, posed.floor), misfit=misfit)
     drift, stepped = _drift(fit, by, posed, prepared.unit), _stepped(fit, by, posed, prepared)
     best, other = sorted((drift, stepped), key=lambda one: -one.log_bayes)
     if best.log_bayes > FAR:

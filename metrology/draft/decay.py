@@ -33,6 +33,6 @@ def write(writer: Writer) -> Iterator[str]:
         found = moved(one)
         assert found is not None
         due = "angle" if found.role == "angle" else quantity
-        lines = list(writer.readings(one, [*times(one), stretch(due, found)], indent=8))
+        lines = list(writer.readings(one, [*times(one, found), stretch(due, found)], indent=8))
         yield "      - " + lines[0].strip()
         yield from lines[1:]

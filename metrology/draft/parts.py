@@ -12,6 +12,7 @@ from types import MappingProxyType
 import numpy as np
 
 from metrology.draft.instruments import size_of
+from metrology.draft.recognition import clock
 from metrology.draft.seen import Seen
 from metrology.draft.survey import Survey
 from metrology.errors import printable
@@ -244,11 +245,14 @@ def stretch(due: str, seen: Seen) -> Bound:
     return Bound(due, seen, usual="1" if small else "")
 
 
-def times(one: Survey) -> list[Bound]:
-    """The column of time stamps, whose unit is asked for where the file has none; none where there is none."""
-    seen = one.first("time")
-    clock = seen is not None and seen.values is None
-    return [] if seen is None else [Bound("time", seen, usual=None if clock else "")]
+def times(one: Survey, of: Seen | None = None) -> list[Bound]:
+    """The column of time stamps, whose unit is asked for where the file has none; none where there is none.
+
+    `of`: the column whose stamps they are, where a file has several.
+    """
+    seen = clock(one, of) if of else one.first("time")
+    of_day = seen is not None and seen.values is None
+    return [] if seen is None else [Bound("time", seen, usual=None if of_day else "")]
 
 
 def _example(due: str) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 
 import numpy as np
@@ -17,6 +18,9 @@ HELD, COMES_TO_REST, LEVELS = 0.2, 0.1, 32
 """Part of the time of a record in one of so many parts of a channel's range, from which on it was held there, or came
 to rest: a ramp spends a thirty-second in each, thus a sixteenth in the two that are counted together. Three times that
 is held, with some to spare for the slower end of a ramp; what creeps or relaxes rests for half as long at least."""
+AT_REST = 0.1
+"""Part of the scatter of the column that moves most, below which another in its unit is of a sensor at rest. A choice:
+columns along and across a motion, or as read and as filtered, differ by less or are both worth a look."""
 STRETCHES = ("displacement", "strain", "reading")
 
 
@@ -87,8 +91,32 @@ def driven(one: Survey) -> Seen | None:
 
 
 def moved(one: Survey) -> Seen | None:
-    """The column that shows a motion."""
-    return one.first("displacement", "angle", "reading") or one.first("velocity", "acceleration")
+    """The column that shows a motion: the first; where another in its unit moves far more, that one was let go."""
+    found = one.first("displacement", "angle", "reading") or one.first("velocity", "acceleration")
+    if found is None or found.values is None:
+        return found
+    alike = [each for each in one.columns if (each.role, each.unit) == (found.role, found.unit)]
+    most = max(alike, key=_spread)
+    return most if _spread(found) < AT_REST * _spread(most) else found
+
+
+def _spread(column: Seen) -> float:
+    return 0.0 if column.values is None else float(np.nanstd(column.values))
+
+
+def clock(one: Survey, column: Seen) -> Seen | None:
+    """The time stamps of a column: where there are several, those whose heading shares most words with its own.
+
+    Two sensors that are read in turn have stamps of their own each: ``Time A, Pos A, Time B, Pos B``.
+    """
+    found = [each for each in one.columns if each.role == "time"]
+    words = _words(column.name)
+    return max(found, key=lambda each: len(_words(each.name) & words), default=None)
+
+
+def _words(name: str) -> set[str]:
+    """Words of a name in lower case, numbers by themselves."""
+    return set(re.findall(r"\d+|[^\W\d_]+", name.casefold()))
 
 
 def held(one: Survey) -> str:

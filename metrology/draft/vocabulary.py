@@ -98,7 +98,8 @@ def role(name: str, unit: str) -> str:
         return "displacement"
     if found == "displacement" and dimension == units.dimension("1"):
         return "strain"
-    if found in DIMENSIONS and by_unit and of_role[found] != dimension:
+    # A load in cm is the reading at it: `Load increasing (cm)`.
+    if (found == "load" or found in DIMENSIONS) and by_unit and of_role.get(found) != dimension:
         found = by_unit
     return found or {"reading": "displacement"}.get(by_unit, by_unit)
 

@@ -15,6 +15,11 @@ from metrology.units.dimensions import TextError
 
 _BRACKETS = re.compile(r"(?P<name>.*\S)\s*(?:\[(?P<square>[^\[\]]*)\]|\((?P<round>[^()]*)\)|<(?P<angle>[^<>]*)>)\s*")
 _WORD_IN = re.compile(r"(?P<name>.*\S)\s+in\s+(?P<unit>\S+)")
+_RUN = re.compile(
+    r"(?P<heading>.*[\])>])\s*(?P<run>(?:run|set|trial|lauf|messung|versuch|essai|série|prova|serie|ensayo)\s*#?\s*\d+)",
+    re.IGNORECASE,
+)
+"""A heading that numbers its run behind the unit, as PASCO Capstone writes it: ``Position (m) Run #1``."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +46,12 @@ def take_apart(text: str) -> Written:
     (Written(name='Kraft', unit='N', usual=False), 'mm')
     >>> take_apart("x (filtered)").name
     'x (filtered)'
+    >>> take_apart("Time (s) Run #1")
+    Written(name='Time Run #1', unit='s', usual=False)
     """
+    if numbered := _RUN.fullmatch(text.strip()):
+        written = take_apart(numbered["heading"])
+        return Written(f"{written.name} {numbered['run']}", written.unit, usual=False) if written.unit else written
     for pattern in (_BRACKETS, _WORD_IN):
         if match := pattern.fullmatch(text.strip()):
             unit = spelled(next((part for part in match.groups()[1:] if part is not None), "").strip())
@@ -54,7 +64,11 @@ def take_apart(text: str) -> Written:
 _SPELLED = {
     "sec": "s", "secs": "s", "second": "s", "seconds": "s", "sek": "s", "sekunden": "s", "newton": "N", "newtons": "N",
     "volt": "V", "volts": "V", "degree": "deg", "degrees": "deg", "grad": "deg", "meter": "m", "meters": "m",
-    "millimeters": "mm", "millimeter": "mm", "inches": "in", "inch": "in", "prozent": "%", "percent": "%",
+    "millimeters": "mm", "millimeter": "mm", "metre": "m", "metres": "m", "millimetre": "mm", "millimetres": "mm",
+    "centimeter": "cm", "centimeters": "cm", "centimetre": "cm", "centimetres": "cm", "cms": "cm",
+    "gram": "g", "grams": "g", "gramm": "g", "gm": "g", "gms": "g", "kilogram": "kg", "kilograms": "kg", "kgs": "kg",
+    "lbs": "lb", "pound": "lb", "pounds": "lb",
+    "inches": "in", "inch": "in", "prozent": "%", "percent": "%",
 }  # fmt: skip
 """Units in words, as testing machines write them."""
 

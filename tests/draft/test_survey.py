@@ -391,3 +391,38 @@ def test_law_numbers_of_single_precision_have_its_digits_and_whole_ones_all_of_t
     assert as_words(cells) == ("0.1", "12345678", "-2.5e-07")
     assert as_words([0.1, 1 / 3]) == ("0.1", "0.333333333333333")
     assert as_words(["0,1 ", 2.0]) == ("0,1", "2")
+
+
+def test_planted_a_run_is_numbered_behind_the_unit(tmp_path: Path) -> None:
+    rows = [f"{0.01 * at:.3f};{x:.4f};".replace(".", ",") for at, x in enumerate(SWUNG)]
+    heads = '"Time (s) Run #1";"Position (cm) Run #1";"Velocity (m/s) Run #1"'
+    found = survey(text(tmp_path / "swing.csv", heads, *rows))
+    assert [(one.name, one.unit, one.role) for one in found.columns[:2]] == [
+        ("Time Run #1", "s", "time"), ("Position Run #1", "cm", "displacement")
+    ]  # fmt: skip
+    path, made = draft([tmp_path / "swing.csv"], {"mass": "1.000(1) kg"})
+    assert made.missing == {}
+    place(path, made)
+    (table,) = load(path).tables["tests", "decay"]
+    assert table.numbers["displacement"][:2].tolist() == pytest.approx([5e-2, 1e-2 * SWUNG[1]])
+
+
+@pytest.mark.parametrize("heads", ["Time A;Pos A;Time B;Pos B", "t1 / s;x1 / mm;t2 / s;x2 / mm"])
+def test_planted_of_two_sensors_that_which_moves_is_taken_with_its_own_stamps(heads: str, tmp_path: Path) -> None:
+    rows = [f"{0.01 * at:.3f};{7 + at % 2 / 100};{0.01 * at + 0.005:.3f};{x:.4f}" for at, x in enumerate(SWUNG)]
+    units = () if "/" in heads else ("s;mm;s;mm",)
+    path, made = draft([text(tmp_path / "swing.csv", heads, *units, *rows)], {"mass": "1.000(1) kg"})
+    place(path, made)
+    (table,) = load(path).tables["tests", "decay"]
+    assert table.numbers["time"][:2].tolist() == pytest.approx([5e-3, 15e-3])
+    assert table.numbers["displacement"][:2].tolist() == pytest.approx([5e-3, 1e-3 * SWUNG[1]])
+
+
+def test_planted_grams_as_they_are_abbreviated_are_loads_and_a_load_in_cm_is_a_reading(tmp_path: Path) -> None:
+    rows = [f"{50 * at},{20 + 3 * at}" for at in range(1, 7)]
+    found = survey(text(tmp_path / "spring.csv", "Mass of load (gm),Load increasing (cm)", *rows))
+    assert [(one.unit, one.role) for one in found.columns] == [("g", "mass"), ("cm", "reading")]
+    path, made = draft([tmp_path / "spring.csv"], {})
+    assert made.missing == {}
+    place(path, made)
+    assert "L1: {mass: 50 g}" in path.read_text(encoding="utf-8")
