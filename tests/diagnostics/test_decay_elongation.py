@@ -138,16 +138,14 @@ def test_law_c_holds_what_damping_of_another_power_may_do_to_it(power):
     assert abs(of_c.after - c) < 3 * of_c.u_after
 
 
-@pytest.mark.long
-def test_planted_forces_that_nobody_lists_are_not_given_a_listed_name():
-    """A stop on one side: an even and a cubic stiffness carry nine tenths of what it does, and are not it."""
+@pytest.mark.parametrize("power", [1.0, 1.5])
+def test_planted_stop_on_one_side_is_named_also_where_it_stiffens(power):
+    """An even and a cubic stiffness carry nine tenths of what it does, and are not it."""
     k, size = STATED["k"], STATED["size"]
-    found = let_go(lambda x, _v: -4000.0 * max(x - 0.6 * size, 0.0), 70214)
-    assert found.verdict == "unexplained"
-    assert not found.named
-    # What is not listed may stiffen the spring: k says so.
+    found = let_go(lambda x, _v: -4000.0 * size * max(x / size - 0.6, 0.0) ** power, 70214)
+    assert (found.verdict, found.named) == ("explained", ("stop",))
     (of_k,) = (one for one in found.shifts if one.name == "k")
-    assert abs(of_k.after - k) < 3 * of_k.u_after
+    assert abs(of_k.after - k) < 3 * of_k.u_after < 0.01 * k
 
 
 @pytest.mark.parametrize(("material", "seed", "gain"), [("spectra", 31, 0.02), ("peek", 33, 0.05)])
@@ -778,7 +776,7 @@ def test_planted_sine_of_a_large_swing_is_named_and_not_its_first_term(seed):
     assert rate.value == pytest.approx(1.0, abs=4 * rate.u)
 
 
-@pytest.mark.parametrize("seed", [2, 3])
+@pytest.mark.parametrize("seed", [2, 6])
 def test_law_the_sentence_tells_each_group_and_what_the_model_has_without_a_name(seed):
     found = decay(large_swing(seed, 0.02), rng=np.random.default_rng(seed))
     groups = [group for group in found.groups if len(group) > 1]
