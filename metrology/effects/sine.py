@@ -36,7 +36,8 @@ EFFECT = Effect(
     acts="line", tension=tension, slope=slope,
     causes=(CAUSE, replace(
             CAUSE, method="decay", needs=(), amount=lambda known: 0.1 / known["e"], law="hardening or softening",
-            # A swing that went over the top would not come back; at κ without end each step of a motion is as short.
-            limits=lambda known: {"sine.rate": (0.0, np.pi / known["e"])},
+            # A swing that went over the top would not come back, and by its speed at the bottom it may seem to be four
+            # times as large as it is. Without an end, each step of a motion is as short as κ is large.
+            limits=lambda known: {"sine.rate": (0.0, 4.0 * np.pi / known["e"])},
         )),
 )  # fmt: skip
