@@ -17,6 +17,9 @@ from metrology.timeseries import Channel, filter_symmetric, peaks
 FLOOR = 5.0
 """Peaks smaller than this many standard deviations of the filtered noise are not used."""
 
+GONE = 350.0
+"""Ln of what a mode grows or falls to along a filter, from which on there is nothing of it to stop: half of that of the
+largest number, so that its square is a number."""
 FEWEST = 3
 """Fewest peaks (maxima and minima) from which a decrement is taken."""
 
@@ -127,9 +130,11 @@ def best_filter(separated: Separated) -> Filter:
     rate, period = free.rate, 2 * pi / fit.main.omega
     longest = (free.value.size - 1) // 6
     noise = max(separated.noise, 1e-7 * float(fit.amplitudes[0]))
-    others = [(mode, size / noise) for mode, size in fit.others]
     drift = curvature(separated) / noise
     halves = sorted({min(longest, max(4, round(n * period * rate))) for n in (0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 3.0)})
+    # A mode beyond Nyquist's frequency, or gone within a reading or two, is one of noise; its cosine has no end.
+    others = [(mode, size / noise) for mode, size in fit.others
+              if mode.omega < pi * rate and abs(mode.rate) * halves[-1] < GONE * rate]  # fmt: skip
     designs = [design(rate, fit.main, others, half, drift=drift) for half in halves]
     cost = np.array([found.passed * np.exp(fit.main.rate * found.half / rate) for found in designs])
     return designs[int(np.argmax(cost <= 1.3 * cost.min()))]
