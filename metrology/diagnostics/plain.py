@@ -60,6 +60,8 @@ GAIN = "gain"
 """What the reading of a motion is multiplied by."""
 UNITS = {one.word: one.unit for words in QUANTITIES.values() for one in words.values()} | {"extension": "m", GAIN: "1"}
 """Unit of each word by which an unlisted law is named."""
+ROUNDING = 1e-8
+"""Part of the readings below which what a candidate changes is the error of the motions, which are right to 3e-10."""
 FAR = 0.3
 """Root mean square of what is left over that of the motion, from which on a straight line says nothing: cos of a phase
 that is off by so much is no longer straight in it."""
@@ -359,7 +361,10 @@ class Plain:
             if here is None or there is None:
                 return None
             rows.append((here - there) / data.u)
-        return tuple(rows)
+        moved = sum(float(part @ part) for part in rows)
+        whole = sum(float(np.sum((data.y / data.u) ** 2)) for data in self.blocks)
+        # What does not act, such as a stop that no swing reaches, leaves rounding, which has another form everywhere.
+        return tuple(rows) if moved > ROUNDING**2 * whole else None
 
     # ---- what is reported ---------------------------------------------------------------------------------------
     def untestable(self) -> Mapping[str, str]:
