@@ -139,9 +139,8 @@ def values_of(campaign: Campaign, name: str, axis: Axis) -> tuple[float, ...]:
         return tuple(float(value) for value in campaign.tables["fits", name][0].numbers[axis.column])
     if isinstance(axis, Scatter) and axis.value is not None:
         return (axis.value.si,)
-    unit = units.unit(axis.unit)
-    offset = 0.0 if isinstance(axis, Scatter) else float(unit.offset)
-    return tuple(float(value) * float(unit.factor) + offset for value in axis.values or ())
+    unit, difference = units.unit(axis.unit), isinstance(axis, Scatter)
+    return tuple(unit.in_si(value, difference=difference) for value in axis.values or ())
 
 
 def _predictions(fit: Fit) -> Iterator[Refusal]:

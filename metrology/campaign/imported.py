@@ -172,7 +172,7 @@ class Imported:
     lost : str
         What of its distribution is not carried over; empty where all is.
     loose : bool
-        Whether a part of its u that no row of its budget has may be correlated with that of another result.
+        Whether some of its u is in no row of its budget, and may be correlated with what another result has of this.
     """
 
     about: str

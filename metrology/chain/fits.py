@@ -128,14 +128,8 @@ def _values(campaign: Campaign, name: str, axis: Axis, *, difference: bool = Fal
     if axis.column is not None:
         (table,) = campaign.tables["fits", name]
         return table.numbers[axis.column]
-    return _in_si(axis.values, axis.unit, difference=difference)
-
-
-def _in_si(values: Any, text: str, *, difference: bool = False) -> Any:
-    """Return values that are written in a unit, in SI."""
-    unit = units.unit(text)
-    offset = 0.0 if difference else float(unit.offset)
-    return np.asarray(values, dtype=float) * float(unit.factor) + offset
+    unit = units.unit(axis.unit)
+    return np.array([unit.in_si(value, difference=difference) for value in axis.values or ()])
 
 
 def _scatter(campaign: Campaign, name: str, scatter: Scatter | None, size: int) -> Any:
@@ -215,7 +209,8 @@ def _given(point: Prediction, key: str, description: str) -> Input:
         stated = point.x or point.y
         assert stated is not None
         return stated.input(key, description)
-    values = _in_si(point.readings, point.unit).tolist()
+    unit = units.unit(point.unit)
+    values = [unit.in_si(value) for value in point.readings]
     source = said("{count} new readings", count=len(values))
     scatter = (type_a(said("repeatability"), values, source=source),)
     return Input(key, mean(values), scatter, units.si_unit(point.unit), description, is_stated=True)

@@ -90,15 +90,15 @@ class Decay:
         self.rows = np.concatenate([rates(one.t, one.y, one.u, self.omega) for one in self.records])
         self.rows[:, 0] /= self.gain
 
-    def _is_own(self, frequency: Array, rate: float) -> BoolArray:
+    def _is_own(self, frequency: Array, rate: float, margin: float = 0.0) -> BoolArray:
         """Whether a line at a frequency / Hz is the decay's own: where it moves with the amplitude, or too near to it.
 
-        A second line there would bend the first at will, and take up whatever shapes the decay. One that is still
+        A second line there would bend the first at will, and explain all that shapes the decay. One that is still
         there when the decay is gone shapes nothing of it, and one that dies sooner is as wide as it dies soon.
         """
         own, fall = self.omega / (2 * math.pi), self.c / (2 * self.mass)
         seen = np.clip([own, *self.rows[:, 3]], 0.8 * own, 1.2 * own)
-        aside = max(3 / self.longest, 0.9 * (max(fall, rate) if rate > OUTLASTS * fall else rate))
+        aside = max(3 / self.longest, 0.9 * (max(fall, rate) if rate > OUTLASTS * fall else rate)) + margin
         return np.asarray((frequency > seen.min() - aside) & (frequency < seen.max() + aside))
 
     def _makes(self, frequency: Array) -> BoolArray:
@@ -206,8 +206,7 @@ class Decay:
         mains, width = self.test.mains, max(1 / longest, 0.3 * rate)
         beside = np.abs(grid / mains - np.maximum(np.round(grid / mains), 1)) * mains < max(0.5, 1.5 / longest)
         every = np.asarray(grid, dtype=float)
-        own = self._is_own(every - width, rate) | self._is_own(every, rate) | self._is_own(every + width, rate)
-        allowed = beside if hum else ~beside & ~own & ~self._makes(every)
+        allowed = beside if hum else ~beside & ~self._is_own(every, rate, width) & ~self._makes(every)
         allowed &= (grid > 2 * width) & (grid < 0.9 * grid[-1])
         return [float(grid[np.flatnonzero(allowed)[np.argmax(power[allowed])]])] if allowed.any() else []
 
@@ -252,7 +251,7 @@ class Decay:
         What has come to rest reads the same for as long as the record goes on. By those readings the noise would be
         nothing, and whatever the motion before them leaves certain, a thousand times over.
         """
-        return float(min(min(1.0, one.rounding / float(np.median(one.u))) for one in self.records))
+        return min(1.0, *(one.rounding / float(np.median(one.u)) for one in self.records))
 
     def suggested(self, effects: Sequence[str]) -> dict[str, float]:
         """Values that decay rate and frequency against amplitude suggest."""

@@ -75,8 +75,7 @@ def rank(
     # One block alone can be left out of nothing.
     if judged.is_extended and len(base.problem.blocks) > 1:
         before, after = (heldout.predict(one, thorough=True) for one in (judged.base, judged.last))
-        gain = heldout.gains(judged.last, before, after, rng)
-        whole = heldout.whole(judged.last, before, after, rng)
+        gain, whole = heldout.gains(judged.last, before, after, rng)
         if whole.high < 1:
             judged, gain = unextended(search, base, first, said(WORSE, ratio=float(1 / whole.ratio))), {}
     pictures = subject.pictures(base, judged.last if judged.last.effects else None)

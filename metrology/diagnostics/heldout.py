@@ -95,22 +95,14 @@ def _held(fit: Fit, own: Marks, theta: Array) -> tuple[Unknown, ...]:
     )
 
 
-def gains(fit: Fit, before: HeldOut, after: HeldOut, rng: np.random.Generator) -> dict[str, Gain]:
-    """Root mean square over noise by channel before and after, and their ratio with a block-bootstrap interval.
+def gains(
+    fit: Fit, before: HeldOut, after: HeldOut, rng: np.random.Generator
+) -> tuple[dict[str, Gain], Gain]:  # fmt: skip
+    """Root mean square over noise before and after, and their ratio with its interval: by channel, and of all channels.
 
-    Whole pieces of runs are drawn anew, since residuals of one run hang together (Künsch, Ann. Statist. 17 (1989)
-    1217).
+    Whole pieces of runs are drawn anew, a block bootstrap, since residuals of one run hang together (Künsch, Ann.
+    Statist. 17 (1989) 1217).
     """
-    return {channel: _gain(np.array(rows), rng) for channel, rows in _pieces(fit, before, after).items()}
-
-
-def whole(fit: Fit, before: HeldOut, after: HeldOut, rng: np.random.Generator) -> Gain:
-    """Return the same of all channels together."""
-    return _gain(np.array([row for rows in _pieces(fit, before, after).values() for row in rows]), rng)
-
-
-def _pieces(fit: Fit, before: HeldOut, after: HeldOut) -> dict[str, list[tuple[float, float, int]]]:
-    """Sums of squares of pieces of runs, before and after, and readings of each, by channel."""
     squares: dict[str, list[tuple[float, float, int]]] = {}
     for at, block in enumerate(fit.problem.blocks):
         one, other = before.residuals[at], after.residuals[at]
@@ -124,7 +116,8 @@ def _pieces(fit: Fit, before: HeldOut, after: HeldOut) -> dict[str, list[tuple[f
                 if len(part):
                     piece = (float(a[part] @ a[part]), float(b[part] @ b[part]), len(part))
                     squares.setdefault(segment.name, []).append(piece)
-    return squares
+    found = {channel: _gain(np.array(rows), rng) for channel, rows in squares.items()}
+    return found, _gain(np.array([row for rows in squares.values() for row in rows]), rng)
 
 
 def _gain(rows: Array, rng: np.random.Generator) -> Gain:

@@ -389,7 +389,7 @@ def slow_motion(fit: Fit, by: Noise, used: Sequence[Marks], every: Sequence[Slow
     theta, spread = estimated(fit, by, used)
     evidence, motions = np.zeros(2), []
     for one in every:
-        rows = [at for at in (fit.index(name) for name in one.names) if at is not None]
+        rows = one.places(fit)
         level, price = theta[rows], 0.5 * math.log(one.count)
         within = spread[np.ix_(rows, rows)] + one.rounding**2 * np.eye(len(rows))
         evidence += (

@@ -156,7 +156,7 @@ def _stepped(fit: Fit, by: Noise, posed: Plain, prepared: Decay) -> Overlay:
     A step has a size and a place (`decay.hop`).
     """
     root, precision = 1.0 / math.sqrt(by.misfit), np.sqrt(fit.problem.precision)
-    moving = [at for one in posed.slow for at in (fit.index(name) for name in one.names) if at is not None]
+    moving = [at for one in posed.slow for at in one.places(fit)]
     rest = [at for at in range(len(fit.theta)) if at not in moving]
     J = np.vstack([root * by.whitened(fit, spread_out(fit), fit.used), np.diag(precision)])
     r = np.concatenate([root * by.whitened(fit, fit.full, fit.used), precision * (fit.theta - fit.problem.mean)])

@@ -119,7 +119,7 @@ class Plain:
         Takes a fit; returns the unlisted laws.
     acts_in : callable
         Takes a fit, an effect and the standard uncertainties of the unknowns; returns in which blocks it acts.
-    twins : callable
+    equivalents : callable
         Takes a fit and one of its effects; returns the cause that does the same to the readings and the values with it,
         or None.
     """
@@ -146,7 +146,7 @@ class Plain:
     slow: tuple[Slow, ...] = ()
     forms: Callable[[Fit], Sequence[Direction]] = lambda _fit: ()
     acts_in: Callable[[Fit, str, Array], str] = lambda _fit, _name, _spread: ""
-    twins: Callable[[Fit, str], tuple[str, Mapping[str, float]] | None] = lambda _fit, _name: None
+    equivalents: Callable[[Fit, str], tuple[str, Mapping[str, float]] | None] = lambda _fit, _name: None
 
     # ---- fits ---------------------------------------------------------------------------------------------------
     def unknowns(self, effects: Sequence[str], values: Mapping[str, float]) -> tuple[Unknown, ...]:
@@ -295,7 +295,7 @@ class Plain:
 
     def equivalent(self, fit: Fit, name: str) -> tuple[str, Mapping[str, float]] | None:
         """Another cause that does the same to the readings, and the values with it; None without one."""
-        return self.twins(fit, name)
+        return self.equivalents(fit, name)
 
     def families(self, fit: Fit) -> Sequence[Direction]:
         """Unlisted laws of any form."""

@@ -217,6 +217,10 @@ class Slow:
     count: int
     rounding: float
 
+    def places(self, fit: Fit) -> list[int]:
+        """Places of those that a fit has."""
+        return [at for at in (fit.index(name) for name in self.names) if at is not None]
+
 
 class Subject(Protocol):
     """A model, its candidate effects, some data."""

@@ -222,7 +222,7 @@ class Tension:
         return Plain(
             sample, "tension", self.candidates, blocks, common, own, self.predict, self.trials, self.reasons(),
             lambda fit: gap(self.records, fit), lambda before, after: pictures(self.records, before, after),
-            slopes=self.slopes, forms=self.families, acts_in=self.where, twins=self.twins,
+            slopes=self.slopes, forms=self.families, acts_in=self.where, equivalents=self.equivalent,
             scatters={"curvature.uneven": self._bows()}, floor=1.0 if self.few else 0.0,
         )  # fmt: skip
 
@@ -241,7 +241,7 @@ class Tension:
             found.append(Unknown(f"deviation@{one.name}", 0.0, 0.1 * u, mean=0.0, u=u, unit="1/N"))
         return found
 
-    def twins(self, fit: Fit, name: str) -> tuple[str, Mapping[str, float]] | None:
+    def equivalent(self, fit: Fit, name: str) -> tuple[str, Mapping[str, float]] | None:
         """Scale of the extensometer in the place of a compliance that all records share, and the reverse.
 
         Beside one of them nothing of the other can be seen: the crosshead moves by the same part of the force more than

@@ -11,7 +11,7 @@ def shapes(known: Scales, _among: Container[str]) -> list[dict[str, float]]:
 
 
 def limits(known: Scales) -> dict[str, tuple[float, float]]:
-    """As stiff as the line at most, within half and all of the largest motion on either side: a wall ends a motion."""
+    """As stiff as the line at most, within the largest motion on either side: a wall ends a motion."""
     return {"stop.stiffness": (0.0, known["k"]), "stop.gap": (-known["e"], known["e"])}
 
 

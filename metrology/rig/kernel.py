@@ -202,10 +202,14 @@ def tension(y, r, p, kind, at):
     return slack_weight(y, r, p, kind, at)
 
 
+def from_stop(y, r, p):
+    """Where the module is, counted from the stop: x − x_s."""
+    return y[X] + p[TAUT] + p[SLIP] * r[SLIPPED] - p[STOP_AT]
+
+
 def beyond(y, r, p):
-    """How far the module is beyond the stop x_s, from the side on which zero lies."""
-    away = y[X] + p[TAUT] + p[SLIP] * r[SLIPPED] - p[STOP_AT]
-    return away if p[STOP_AT] >= 0.0 else -away
+    """How far the module is beyond the stop, from the side on which zero lies."""
+    return from_stop(y, r, p) if p[STOP_AT] >= 0.0 else -from_stop(y, r, p)
 
 
 def net_force(y, thrust, T, r, p, at):
@@ -214,7 +218,7 @@ def net_force(y, thrust, T, r, p, at):
         thrust = y[at[THRUST]]
     force = thrust + added_force(y, T, r, p, at) - T
     if r[TOUCHED] == 1:
-        force -= p[STOP] * (beyond(y, r, p) if p[STOP_AT] >= 0.0 else -beyond(y, r, p))
+        force -= p[STOP] * from_stop(y, r, p)
     if p[APPENDAGE] > 0.0:
         omega = p[APPENDAGE_RATE]
         force += p[APPENDAGE] * omega * (omega * y[at[APPENDAGE_U]] + 2.0 * p[APPENDAGE_DAMPING] * y[at[APPENDAGE_V]])

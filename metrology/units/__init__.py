@@ -44,6 +44,10 @@ class Unit:
         """The quantity in words; angles are told from numbers, and angular frequencies from frequencies."""
         return _KINDS.get(self.si) or self.dimension.name
 
+    def in_si(self, value: float, *, difference: bool = False) -> float:
+        """Return in SI a number that is written in this unit."""
+        return float(value) * float(self.factor) + (0.0 if difference else float(self.offset))
+
 
 @dataclass(frozen=True)
 class Quantity:
