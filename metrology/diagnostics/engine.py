@@ -76,7 +76,7 @@ def rank(
     if judged.is_extended and len(base.problem.blocks) > 1:
         before, after = (heldout.predict(one, thorough=True) for one in (judged.base, judged.last))
         gain, whole = heldout.gains(judged.last, before, after, rng)
-        if whole.high < 1:
+        if whole is not None and whole.high < 1:
             judged, gain = unextended(search, base, first, said(WORSE, ratio=float(1 / whole.ratio))), {}
     pictures = subject.pictures(base, judged.last if judged.last.effects else None)
     return replace(verdict.worded(judged, subject, gain, test), pictures=pictures)

@@ -97,11 +97,11 @@ def _held(fit: Fit, own: Marks, theta: Array) -> tuple[Unknown, ...]:
 
 def gains(
     fit: Fit, before: HeldOut, after: HeldOut, rng: np.random.Generator
-) -> tuple[dict[str, Gain], Gain]:  # fmt: skip
+) -> tuple[dict[str, Gain], Gain | None]:  # fmt: skip
     """Root mean square over noise before and after, and their ratio with its interval: by channel, and of all channels.
 
     Whole pieces of runs are drawn anew, a block bootstrap, since residuals of one run hang together (Künsch, Ann.
-    Statist. 17 (1989) 1217).
+    Statist. 17 (1989) 1217). None where no block could be predicted both times.
     """
     squares: dict[str, list[tuple[float, float, int]]] = {}
     for at, block in enumerate(fit.problem.blocks):
@@ -117,7 +117,8 @@ def gains(
                     piece = (float(a[part] @ a[part]), float(b[part] @ b[part]), len(part))
                     squares.setdefault(segment.name, []).append(piece)
     found = {channel: _gain(np.array(rows), rng) for channel, rows in squares.items()}
-    return found, _gain(np.array([row for rows in squares.values() for row in rows]), rng)
+    every = [row for rows in squares.values() for row in rows]
+    return found, _gain(np.array(every), rng) if every else None
 
 
 def _gain(rows: Array, rng: np.random.Generator) -> Gain:

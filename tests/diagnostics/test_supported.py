@@ -12,6 +12,7 @@ import pytest
 from metrology import chain
 from metrology.campaign.load import load
 from metrology.diagnosis import Source
+from metrology.diagnostics.heldout import HeldOut, gains
 from metrology.diagnostics.laws import _sized
 from metrology.diagnostics.subject import Fit
 from metrology.diagnostics.supported import Parts, _between, _level, _with_law
@@ -154,6 +155,15 @@ def test_planted_jump_of_a_sensor_leaves_k_where_the_runs_left_out_say(tmp_path:
     assert (found.verdict, found.named, found.gain) == ("unexplained", (), {})
     assert any("left out" in one for one in found.failures)
     assert abs(k.value - true) < 3 * k.u < 0.02 * true
+
+
+def test_limit_blocks_that_no_model_predicts_have_no_gain():
+    """A base that loses every run left out: all channels together have no ratio either."""
+    fit, rest = fitted(np.ones((2, 4))), np.ones(4)
+    lost, kept = HeldOut((None, None), fit.used), HeldOut((rest, rest), fit.used)
+    assert gains(fit, lost, kept, np.random.default_rng(0)) == ({}, None)
+    channels, whole = gains(fit, kept, kept, np.random.default_rng(0))
+    assert (channels["x"].ratio, whole.ratio, whole.high) == (1.0, 1.0, 1.0)
 
 
 def test_planted_error_of_every_load_has_no_saturation_without_end(tmp_path: Path):
