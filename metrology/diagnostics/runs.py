@@ -34,9 +34,10 @@ from metrology.verify.phases import phases
 
 TURN = math.pi
 """Standard deviation of a phase of which nothing is known."""
-PLAIN = 160
-"""Steps of an integration that cost as much as a motion without any: with its derivatives, one of 120 takes 1.7 times
-as long."""
+PLAIN = 80
+"""Steps of an integration that cost as much as a motion without any."""
+EXACT = 12
+"""States, squared, of a linear motion that costs as much as the base model's: a third of what others do."""
 SURE = 8.0
 """Distance in standard deviations by which a trial should move the data."""
 
@@ -190,16 +191,13 @@ class Response:
         )  # fmt: skip
 
     def _dear(self, model: Model, theta: Array) -> float:
-        """What a motion with its derivatives costs there, over one of the base model: by its matrices or its steps.
-
-        Of three and of four states it takes 3.6 and 4.5 times as long as of two, whose matrices are as small as that.
-        """
+        """What a motion with its derivatives costs there, over one of the base model: by its matrices or its steps."""
         moved = [motion(model.rig, run.run, values_of(model.layout, at, theta)) for at, run in enumerate(self.runs)]
         known = [one for one in moved if one is not None]
         steps = sum(one.steps for one in known) / max(len(known), 1)
         states = max((one.states for one in known), default=2)
         more = len(model.layout.unknowns) / max(len(self.start), 1)
-        return max(1.0, 1.0 + steps / PLAIN, (states / 2) ** 2 * more)
+        return max(1.0, 1.0 + steps / PLAIN, states**2 * more / (4 if steps else EXACT))
 
     def finished(self, fit: Fit) -> Fit:
         """Return a fit carried on to its last digit, with the weights that its readings have."""
