@@ -97,6 +97,7 @@ def _results(findings: Findings, console: Console) -> Table:
     interval = f"{findings.campaign.probability:.0%} interval"
     rows = [_row(result) for result in findings.results if result.headline]
     rows += [_agreed(entry) for entry in findings.consensus if entry.consistent is not None]
+    rows = rows or list(_fitted(findings))
     for left_out in ((), ("method",), ("method", "sample"), ("method", "sample", interval)):
         table = _table(f"{findings.campaign.id}: {findings.campaign.title}", interval, rows, left_out)
         if console.measure(table, options=console.options.update(max_width=_UNBOUNDED)).maximum <= console.width:
@@ -140,6 +141,15 @@ def _stated(result: Result, known: AsStated) -> str:
 def _row(result: Result) -> tuple[str, ...]:
     numbers = _numbers(result.value, result.u, result.display_unit, result.interval)
     return result.sample, result.test, result.method, result.quantity, *numbers
+
+
+def _fitted(findings: Findings) -> Iterator[tuple[str, ...]]:
+    """The parameters of the fits, which are all that a campaign without tests and derived quantities has."""
+    fits = {fit.name for fit in findings.fits}
+    for result in findings.results:
+        if result.test in fits:
+            sample, test, _, *rest = _row(result)
+            yield sample, test, "fit", *rest
 
 
 def _agreed(entry: Consensus) -> tuple[str, ...]:

@@ -563,3 +563,5 @@ def test_refusal_of_readings_that_do_not_grow() -> None:
         "t.readings: got readings that change by 0 µm/N; expected readings that grow with the load. Fix: give the"
         " readings with the sign of extension, and check which load each belongs to"
     ]
+    falling = refused(cycle(lambda force, *_: -1e-6 * force))
+    assert "(of a scale that counts down: the reading without load minus each reading)" in falling[0]

@@ -101,6 +101,35 @@ def test_limit_a_slope_that_is_not_significant_has_a_notice(tmp_path: Path) -> N
     assert not any("cal.x0" in one for one in findings.warnings)
 
 
+WIDE = """\
+requirements:
+  - {id: R1, quantity: cal.x0, limits: {lower: -500}, decision: {rule: simple acceptance}}
+  - {id: R2, quantity: twice, limits: {lower: -1000}, decision: {rule: simple acceptance}}
+derived: [{quantity: twice, expression: 2 * x0, where: {x0: cal.x0}}]
+"""
+
+
+@pytest.mark.parametrize(("slope", "y"), [(0.02, "1.09(10)"), (0.02, "3.0(1)"), (2.0, "10.0(1)")])
+def test_withheld_where_the_slope_is_not_significant_nothing_passes(tmp_path: Path, slope: float, y: str) -> None:
+    predict = f"{y}}}]\n{WIDE}#"
+    findings = evaluated(tmp_path, 1 + slope * X + SCATTER, f"y: {predict}")
+    reasons = {one.requirement: " ".join(one.reasons) for one in findings.withheld}
+    if slope == 2.0:
+        assert not reasons
+        return
+    assert reasons.keys() == {"R1", "R2"}
+    assert not findings.conformity
+    assert all("cal.x0: the slope of the line is not significant" in reason for reason in reasons.values())
+    assert all(("extrapolation" in reason) == (y == "3.0(1)") for reason in reasons.values())
+
+
+def test_limit_an_x_by_a_slope_that_is_not_significant_is_judged_where_that_is_accepted(tmp_path: Path) -> None:
+    predict = f"y: 1.2(1)}}]\n    accepted: {{reason: a trial, by: A. Smith}}\n{WIDE}#"
+    findings = evaluated(tmp_path, 1 + 0.02 * X + SCATTER, predict)
+    assert not findings.withheld
+    assert len(findings.conformity) == 2
+
+
 def test_closed_form_an_interval_that_is_not_symmetric_is_given_by_fieller(tmp_path: Path) -> None:
     # Fieller's ends are where the gap between line and y is t times its own standard uncertainty.
     y = np.round(1 + 0.25 * X + SCATTER, 6)

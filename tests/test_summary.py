@@ -44,6 +44,25 @@ def test_the_terminal_says_what_page_1_says_of_a_comparison(tmp_path, monkeypatc
     assert "comparison r against s: they differ, |E_n| = 3.6" in capsys.readouterr().out
 
 
+def test_closed_form_a_campaign_of_fits_alone_has_their_parameters_on_the_terminal(tmp_path, monkeypatch, capsys):
+    """y = 1 + 2x with residuals (1, −2, 1)·0.1: slope 2, s = 0.1·√6, u(slope) = s/√2."""
+    monkeypatch.setenv("COLUMNS", "160")
+    (tmp_path / "f.csv").write_text("x / m,y / N\n0,1.1\n1,2.8\n2,5.1\n")
+    campaign = (
+        "format: metrology-campaign/1\nid: small\ntitle: Small\nfits: {line: {readings: f.csv, x: x / m, y: y / N}}\n"
+    )
+    (tmp_path / "campaign.yaml").write_text(campaign)
+    print_summary(chain.evaluate(load(tmp_path / "campaign.yaml")), tmp_path)
+    row = next(line for line in capsys.readouterr().out.splitlines() if " slope " in line)
+    assert [word for word in (" line ", " fit ", " 2.00 ", " 0.17 ", " N/m ") if word not in row] == []
+    # Where anything is derived from them, that is the result.
+    (tmp_path / "campaign.yaml").write_text(
+        f"{campaign}derived: [{{quantity: k, expression: s, where: {{s: line.slope}}, unit: N/m}}]\n"
+    )
+    print_summary(chain.evaluate(load(tmp_path / "campaign.yaml")), tmp_path)
+    assert " slope " not in capsys.readouterr().out
+
+
 @pytest.mark.parametrize(
     ("width", "present", "absent"),
     [(120, ("sample", "test", "method", "interval"), ()), (80, ("test", "value", "interval"), ("method",)),

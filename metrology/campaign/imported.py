@@ -75,6 +75,7 @@ class Result:
     monte_carlo: Drawn = Drawn()
     doubts: tuple[str, ...] | None = None
     u: float = nan  # as reported: of the draws where these do not confirm the framework
+    display_unit: str = ""
 
 
 @dataclass(frozen=True)
@@ -173,6 +174,8 @@ class Imported:
         What of its distribution is not carried over; empty where all is.
     loose : bool
         Whether some of its u is in no row of its budget, and may be correlated with what another result has of this.
+    display_unit : str
+        Unit in which its own report shows it.
     """
 
     about: str
@@ -181,6 +184,7 @@ class Imported:
     reasons: tuple[str, ...]
     lost: str
     loose: bool = False
+    display_unit: str = ""
 
 
 @dataclass(frozen=True)
@@ -249,7 +253,9 @@ def enter_results(document: Document) -> tuple[tuple[SourceFile, ...], tuple[Imp
         about = f"{about}; SHA-256 {source.sha256[:12]}…"
         found = once.setdefault(about, parts(result))
         entered.append((entry, about, result, found))
-        imported[about] = Imported(about, result.name, report, _reasons(findings, result), "")
+        imported[about] = Imported(
+            about, result.name, report, _reasons(findings, result), "", display_unit=result.display_unit
+        )
     declared = _declared(data)
     for name, (_, findings) in files.items():
         of_file = {about: (result, found) for entry, about, result, found in entered if entry["from"] == name}

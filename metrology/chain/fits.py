@@ -72,7 +72,7 @@ def _suspect(plan: Plan, name: str, stated: Fit, regression: Regression) -> None
         found = tuple(independence.points(regression.x, regression.y, regression.residuals, design))
     if found:
         one = Suspect(said("{name}: {found}.", name=name, found=found), stated.accepted)
-        plan.suspect |= {f"{name}.{parameter}": one for parameter in regression.names}
+        plan.suspect |= {f"{name}.{parameter}": (one,) for parameter in regression.names}
 
 
 def _regression(campaign: Campaign, name: str, stated: Fit, x: Any, y: Any) -> Regression:
@@ -175,13 +175,15 @@ def _add_results(plan: Plan, campaign: Campaign, name: str, regression: Regressi
             text = "x at which the line takes y" if stated.model.is_line else "x at which the curve takes y"
             axis, equation = stated.x, said(text)
             solve = _inverse(function, stated, regression, given)
-            plan.warnings.extend(_fieller(campaign, full, regression, given))
+            plan.warnings.extend(_lopsided(campaign, full, regression, given))
         unit = axis_unit(axis)
         measurand = Measurand(full, solve, units.si_unit(unit), equation)
         plan.add_measurand(measurand, Identity(point.name, "derived", test=name, display_unit=unit))
         used = given.value if point.x is not None else plan.estimates().get(full, nan)
-        for sentence in _beyond(stated, full, np.asarray(regression.x) + origin, used):
-            plan.suspect[full] = Suspect(sentence, stated.accepted)
+        sentences = list(_beyond(stated, full, np.asarray(regression.x) + origin, used))
+        if point.x is None:
+            sentences += _unbounded(campaign, full, regression, given)
+        plan.suspect[full] = tuple(Suspect(sentence, stated.accepted) for sentence in sentences)
 
 
 def _beyond(stated: Fit, full: str, x: Any, used: float) -> Iterator[str]:
@@ -230,19 +232,23 @@ def _inverse(function: Any, stated: Fit, regression: Regression, given: Input) -
     return lambda ns: origin + (ns[given.name] - ns[f"{name}.intercept"]) / ns[f"{name}.slope"]
 
 
-def _fieller(campaign: Campaign, full: str, regression: Regression, given: Input) -> Iterator[str]:
-    """Notice where a slope is not significant, so that x has no bounded interval, or one that is not symmetric."""
-    if regression.model != LINE:
-        return
-    p, stated = campaign.coverage_probability, campaign.fits[full.split(".")[0]]
-    found, percent = fieller(regression, given, p), 100 * p
-    if found is None:
+def _unbounded(campaign: Campaign, full: str, regression: Regression, given: Input) -> Iterator[str]:
+    """Say where a slope is not significant: x may be anything then, and no draws or degrees of freedom bound it."""
+    p = campaign.coverage_probability
+    if regression.model == LINE and fieller(regression, given, p) is None:
         yield said(
             "{name}: the slope of the line is not significant, |b| ≤ t·u(b), so that y does not determine x: the "
             "{percent:g} % interval of Fieller has no end, and no other is to be trusted.",
             name=full,
-            percent=percent,
+            percent=100 * p,
         )
+
+
+def _lopsided(campaign: Campaign, full: str, regression: Regression, given: Input) -> Iterator[str]:
+    """Notice where a slope is known so little that the interval of x is not symmetric."""
+    p, stated = campaign.coverage_probability, campaign.fits[full.split(".")[0]]
+    found = fieller(regression, given, p) if regression.model == LINE else None
+    if found is None:
         return
     x = (given.value - float(regression.values[0])) / float(regression.values[1])
     below, above = x - found[0], found[1] - x
@@ -253,7 +259,7 @@ def _fieller(campaign: Campaign, full: str, regression: Regression, given: Input
             "{name}: the slope is known so little that the {percent:g} % interval is not symmetric; by Fieller: "
             "{low:figures} to {high:figures}.",
             name=full,
-            percent=percent,
+            percent=100 * p,
             low=low,
             high=high,
         )

@@ -147,7 +147,7 @@ def _suspect(
             faults = (*faults, said("the means of the groups do not scatter, and no resolution is stated"))
     if faults:
         sentence = said("{name}: {found}.", name=member, found=faults)
-        plan.suspect[member] = Suspect(sentence, ensemble.accepted)
+        plan.suspect[member] = (Suspect(sentence, ensemble.accepted),)
 
 
 def _equation(one: anova.Stratum) -> str:

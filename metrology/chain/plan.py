@@ -35,6 +35,6 @@ class Plan(Model):
     fits: list[Fit] = field(default_factory=list)
     tests: list[TestItem] = field(default_factory=list)
     ready: dict[str, Any] = field(default_factory=dict)
-    suspect: dict[str, Suspect] = field(default_factory=dict)
+    suspect: dict[str, tuple[Suspect, ...]] = field(default_factory=dict)
     imported: dict[str, tuple[str, ...]] = field(default_factory=dict)
     corrected: dict[str, tuple[Contribution, Contribution]] = field(default_factory=dict)

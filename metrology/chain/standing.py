@@ -255,8 +255,11 @@ def _matters(evaluation: Evaluation, name: str, given: str) -> bool:
 
 def _of_readings(plan: Plan) -> dict[str, tuple[Doubt, ...]]:
     """Means and fits whose readings are not independent or do not scatter, and fits that are used beyond their data."""
-    plan.warnings.extend(dict.fromkeys(one.sentence for one in plan.suspect.values()))
-    return {name: (_with(Doubt("readings", one.sentence), one.accepted),) for name, one in plan.suspect.items()}
+    plan.warnings.extend(dict.fromkeys(one.sentence for found in plan.suspect.values() for one in found))
+    return {
+        name: tuple(_with(Doubt("readings", one.sentence), one.accepted) for one in found)
+        for name, found in plan.suspect.items()
+    }
 
 
 def _of_fits(campaign: Campaign, plan: Plan) -> dict[str, tuple[Doubt, ...]]:

@@ -290,8 +290,8 @@ class Fit(Entry):
     accepted: Acceptance | None = Field(
         None,
         description="Why what follows from the fit is judged although χ² refutes it with `scatter: stated`, its "
-        "points are copies or do not follow the model, or it is used beyond them, and who says so; without it there is "
-        "no verdict.",
+        "points are copies or do not follow the model, it is used beyond them, or its slope is not significant where "
+        "an x is found from it, and who says so; without it there is no verdict.",
         examples=["{reason: one point of a worn gauge, by: A. Smith}"],
     )
 

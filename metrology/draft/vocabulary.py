@@ -14,7 +14,8 @@ ROLES: dict[str, tuple[str, ...]] = {
     "repeat": ("repeat", "repetition", "cycle", "wiederholung", "wdh", "wiederh", "rep", "durchgang", "zyklus",
                "messreihe", "reihe", "répétition", "cycle no", "ripetizione", "ciclo", "repetición"),
     "direction": ("direction", "richtung", "belastungsrichtung", "sens", "direzione", "dirección", "sentido"),
-    "mass": ("mass", "masse", "gewicht", "weight", "massa", "peso", "masa", "poids"),
+    "mass": ("mass", "masse", "gewicht", "weight", "massa", "peso", "masa", "poids", "masses", "massen", "gewichte",
+             "weights", "pesi", "pesos", "masas"),
     "load": ("load", "load step", "last", "laststufe", "belastungsstufe", "stufe", "charge", "carico", "carga"),
     "reading": ("reading", "ablesung", "anzeige", "messwert", "messuhr", "lecture", "lettura", "lectura", "indication"),
     "force": ("force", "kraft", "standardkraft", "prüfkraft", "axial force", "load cell", "forza", "fuerza", "zugkraft",
@@ -26,11 +27,13 @@ ROLES: dict[str, tuple[str, ...]] = {
     "angle": ("angle", "winkel", "drehwinkel", "verdrehung", "angolo", "ángulo", "theta", "phi", "θ", "φ"),
     "strain": ("strain", "dehnung", "nominelle dehnung", "déformation", "deformazione", "deformación", "axial strain",
                "tensile strain", "exx", "eyy", "epsilon", "ε"),
+    "stress": ("stress", "tensile stress", "engineering stress", "nominal stress", "zugspannung", "contrainte"),
     "displacement": ("displacement", "extension", "elongation", "deformation", "position", "crosshead", "stroke", "weg",
                      "deflection", "pos",
                      "standardweg", "traversenweg", "traverse", "verschiebung", "auslenkung", "verlängerung", "laser",
                      "x", "verformung", "feindehnung", "extensometer", "längenänderung", "lvdt",
                      "déplacement", "allongement", "course", "corsa", "carrera", "spostamento",
+                     "allungamento", "alargamiento", "elongación", "élongation", "posizione", "posición",
                      "desplazamiento", "axial displacement"),
 }  # fmt: skip
 """What a column holds → its headings, in lower case; the first that fits is taken."""

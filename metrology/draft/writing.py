@@ -105,6 +105,11 @@ def _kind(surveys: Sequence[Survey]) -> str:
     volts = [column.heading for column in one.columns if dimension_of(column.unit) == units.dimension("V")]
     if volts:
         fix = f"multiply '{volts[0]}' by the sensitivity of its sensor, so that it has the unit of what it senses"
+    elif stress := one.first("stress"):
+        fix = (
+            f"a test reads a force: write '{stress.heading}' times the area of the section as a column such as "
+            "'force / N', with the strain or the extension; state the section in the draft"
+        )
     elif bare:
         fix = f"write names and units in the headings, such as 'force / N' or 'extension_mm'; or {fix}"
     raise MetrologyError(Fault(str(one.path), got, expected, fix))

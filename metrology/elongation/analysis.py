@@ -181,7 +181,8 @@ def _refuse_falling(test: ElongationTest, evidence: checks.Evidence) -> None:
     b = slope(evidence.forces, evidence.means)
     if not b > 0:
         got = f"readings that change by {1e6 * b:.3g} µm/N"
-        fix = "give the readings with the sign of extension, and check which load each belongs to"
+        down = " (of a scale that counts down: the reading without load minus each reading)" if b < 0 else ""
+        fix = f"give the readings with the sign of extension{down}, and check which load each belongs to"
         raise MetrologyError(Fault(f"{test.name}.readings", got, "readings that grow with the load", fix))
 
 

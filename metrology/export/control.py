@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from datetime import date
 from itertools import pairwise
 from math import isfinite, sqrt
-from statistics import median
+from statistics import fmean, median, stdev
 
 from metrology.export.collect import Row
 from metrology.gum.rounding import significant
@@ -72,9 +72,9 @@ def chart(rows: tuple[Row, ...], name: str) -> Chart:
     -----
     ISO 7870-2 (individuals and moving ranges). Out of control: a point beyond an action limit, two of three successive
     ones beyond the same warning limit, or a drift that is not zero by a two-sided t test at 5 %. A point that lies far
-    off widens the limits that should show it, so each is also held against median and median absolute deviation of the
-    others. A result that its own report does not judge is no point, nor is one without a date or a value, one of a
-    report that another one replaces, or one that is there twice.
+    off widens the limits that should show it, so each is also held against mean and standard deviation of the others,
+    and against their median and median absolute deviation. A result that its own report does not judge is no point, nor
+    is one without a date or a value, one of a report that another one replaces, or one that is there twice.
     """
     there = [row for row in rows if row.name == name]
     reasons_by_row = [(row, _why_not(row) or _why_not_beside(row, there)) for row in there]
@@ -120,10 +120,19 @@ def _why_not_beside(row: Row, there: list[Row]) -> str:
 
 
 def _far(points: tuple[Point, ...], at: int) -> bool:
-    """Whether a point lies beyond the action limits that the others set."""
+    """Whether a point lies beyond the action limits that the others set, by mean or by median.
+
+    By their mean and standard deviation it is Student's t of the point left out (Grubbs; ISO 5725-2, 7.3.4), which a
+    single one cannot hide from; a second one far off widens that, and the median absolute deviation does not notice.
+    """
     from scipy.special import stdtrit
 
     others = [point for index, point in enumerate(points) if index != at]
+    values = [point.value for point in others]
+    apart, slack = abs(points[at].value - fmean(values)), 1e-9 * abs(fmean(values))
+    limit = -float(stdtrit(len(others) - 1, _BEYOND)) * sqrt(1 + 1 / len(others))
+    if 0 < limit * stdev(values) < apart - slack:
+        return True
     middle = median(point.value for point in others)
     s = _MAD * median(abs(point.value - middle) for point in others)
     if s == 0:

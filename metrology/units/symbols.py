@@ -87,7 +87,9 @@ _ALONE: dict[str, Row] = {
     "thou": _row(_of(m=1), _INCH / 1000, m=1),
     "lb": _row(_of(kg=1), _POUND, kg=1),
     "lbf": _row(_FORCE, _POUND * _FREE_FALL, N=1),
+    "kip": _row(_FORCE, 1000 * _POUND * _FREE_FALL, N=1),
     "kgf": _row(_FORCE, _FREE_FALL, N=1),
+    "dyn": _row(_FORCE, "1e-5", N=1),
     "gn": _row(_of(m=1, s=-2), _FREE_FALL, m=1, s=-2),
     "psi": _row(_PRESSURE, _PSI, Pa=1),
     "ksi": _row(_PRESSURE, 1000 * _PSI, Pa=1),
@@ -103,7 +105,16 @@ _ALONE: dict[str, Row] = {
 quantity, (ln 10)/20 Np (SI brochure, table 8)."""
 OFFSETS = {"°C": Fraction("273.15"), "°F": Fraction("459.67") * 5 / 9}
 """Zero of a scale of temperature / K."""
-_SPELLINGS = {"ohm": "Ω", "l": "L", "°": "deg", "degC": "°C", "degF": "°F", "mil": "thou", "denier": "den"}
+_SPELLINGS = {
+    "ohm": "Ω",
+    "l": "L",
+    "°": "deg",
+    "degC": "°C",
+    "degF": "°F",
+    "mil": "thou",
+    "denier": "den",
+    "klbf": "kip",
+}
 CHARACTERS = str.maketrans(
     {
         "−": "-",

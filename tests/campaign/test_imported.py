@@ -168,6 +168,16 @@ def _from_source(folder: Path, source: str, use: str):
     return used(folder, use.format(sha=sha256(raw).hexdigest()))[1]
 
 
+def test_twice_an_imported_result_is_shown_in_the_unit_of_its_own_report(tmp_path: Path):
+    source = "id: source\nquantities: {w: 25.000(5) mm, t: 0.500(1) mm}\n"
+    source += "derived: [{quantity: S, expression: w * t, unit: mm^2}]\n"
+    use = "id: use\nquantities: {{S: {{from: source.json, result: S, sha256: {sha}}}}}\nrequirements:\n"
+    use += "  - {{id: R1, quantity: S, limits: {{upper: 13 mm^2}}, decision: {{rule: guard band}}}}\n"
+    (shown,) = (one for one in _from_source(tmp_path, source, use).values() if one.quantity == "S")
+    assert (shown.unit, shown.display_unit) == ("m^2", "mm^2")
+    assert shown.value == pytest.approx(12.5e-6, rel=1e-12)
+
+
 def test_closed_form_results_of_readings_taken_together_keep_their_correlation(tmp_path: Path):
     """From resistance and reactance of JCGM 100, H.2, follows the impedance that the readings give, with its u and ν.
 

@@ -211,6 +211,37 @@ def test_planted_loads_that_are_read_once_make_an_elongation(tmp_path: Path) -> 
     assert evaluated(path)["k"].value == pytest.approx(9.806 * (1 - 1.2 / 8000) / 0.4e-3, rel=0.01)
 
 
+def test_planted_columns_side_by_side_are_a_test_each(tmp_path: Path) -> None:
+    """Two springs read at the same loads, 250 N/m and 200 N/m; a column of a mean is none of them."""
+    rows = [f"{m},{9.806 * m / 250:.4f},{9.806 * m / 200:.4f},{m}" for m in range(1, 9)]
+    text = "\n".join(["Mass (kg),Spring 1 (m),Spring 2 (m),Mean (m)", *rows]) + "\n"
+    (tmp_path / "e.csv").write_text(text, encoding="utf-8")
+    path = imported(tmp_path, ["e.csv"])
+    assert "name: Spring 2   # guess: by the heading" in path.read_text(encoding="utf-8")
+    assert "# left out: Spring 2 (m) (3: a test of its own), Mean (m) (4)" in path.read_text(encoding="utf-8")
+    path.write_text(path.read_text(encoding="utf-8") + DIAGNOSED, encoding="utf-8")
+    k = {result.test: result.value for result in chain.evaluate(load(path)).results if result.quantity == "k"}
+    air = 1 - 1.2 / 8000
+    assert k == {
+        "elongation-1": pytest.approx(250 * air, rel=1e-3),
+        "elongation-2": pytest.approx(200 * air, rel=1e-3),
+    }
+
+
+def test_planted_loads_without_a_unit_are_asked_for_at_once(tmp_path: Path) -> None:
+    rows = [f"{m},{9.806e-3 * m / 0.02:.2f}" for m in (5, 15.1, 24.9, 35, 45.2)]
+    (tmp_path / "e.csv").write_text("\n".join(["pesi,allungamento [mm]", *rows]) + "\n", encoding="utf-8")
+    missing = draft([tmp_path / "e.csv"], {})[1].missing
+    assert missing == {"unit.load": "unit of 'pesi', such as g or N: every load is its number in it"}
+    with pytest.raises(MetrologyError, match=r"--set unit\.load: got '5 mm', which is a length; expected a mass"):
+        draft([tmp_path / "e.csv"], {"unit.load": "mm"})
+    k = evaluated(imported(tmp_path, ["e.csv"], **{"unit.load": "g"}))["k"]
+    assert k.value == pytest.approx(20 * (1 - 1.2 / 8000), rel=1e-3)
+    steps = [f"{step},{0.4 * step:.2f}" for step in range(1, 6)]
+    (tmp_path / "s.csv").write_text("\n".join(["load,reading / mm", *steps]) + "\n", encoding="utf-8")
+    assert list(draft([tmp_path / "s.csv"], {})[1].missing) == [f"load.L{step}" for step in range(1, 6)]
+
+
 def test_refusal_of_files_of_several_kinds_names_each(tmp_path: Path) -> None:
     exports.polytec(tmp_path / "a.txt")
     exports.zwick(tmp_path / "b.tra")

@@ -95,7 +95,9 @@ tests:
 def test_refusal_tells_what_an_import_could_not_read(tmp_path: Path) -> None:
     with pytest.raises(MetrologyError, match="no unit is read of 'strain', 'stress'") as told:
         draft([text(tmp_path / "a.csv", "strain,stress", *(f"{x / 1e3},{x}" for x in range(9)))], {})
-    assert "such as 'force / N' or 'extension_mm'" in str(told.value)
+    assert "write 'stress' times the area of the section as a column such as 'force / N'" in str(told.value)
+    with pytest.raises(MetrologyError, match="such as 'force / N' or 'extension_mm'"):
+        draft([text(tmp_path / "c.csv", "strain,channel 2", *(f"{x / 1e3},{x}" for x in range(9)))], {})
     with pytest.raises(MetrologyError) as circular:
         draft([text(tmp_path / "b.csv", "名,前", "又,一", *(f"{x},{x}" for x in range(9)))], {})
     assert "metrology import" not in str(circular.value)
@@ -182,7 +184,7 @@ def test_law_a_load_is_a_mass_or_a_force_by_its_dimension(value: str, line: str,
 
 
 @pytest.mark.parametrize(
-    ("value", "told"), [("2 mm", "'2 mm', which is a length"), ("2 kip", "'2 kip', which is neither")]
+    ("value", "told"), [("2 mm", "'2 mm', which is a length"), ("2 tonf", "'2 tonf', which is neither")]
 )
 def test_refusal_of_a_load_that_is_neither(value: str, told: str, tmp_path: Path) -> None:
     file = text(tmp_path / "e.csv", "load,reading / mm", "A,0.41", "B,0.80", "C,1.21")

@@ -6,6 +6,7 @@ import errno
 import json
 import os
 from dataclasses import replace
+from datetime import date
 from math import sqrt
 from pathlib import Path
 from shutil import copytree
@@ -146,6 +147,22 @@ def test_planted_a_point_far_from_the_others_does_not_hide_in_the_limits_that_it
     assert chart.action[0] < 24.7
     assert not chart.in_control
     assert f"TR-{at} is far from all others" in chart.sentence
+
+
+def test_power_a_point_seven_standard_deviations_off_is_seen_among_ten():
+    # The point left out over mean and scatter of the others is a non-central t. By the median alone 34 % were seen.
+    from scipy import stats
+
+    rng, days, seen, steady = np.random.default_rng(5), [f"2026-{month:02d}-15" for month in range(1, 11)], 0, 0
+    for _ in range(300):
+        values = rng.standard_normal(10)
+        for shift in (0.0, 7.0):
+            values[6] += shift
+            points = tuple(control.Point(date.fromisoformat(d), v, 1.0, d) for d, v in zip(days, values, strict=True))
+            seen, steady = seen + (shift > 0) * control._far(points, 6), steady + (not shift) * control._far(points, 6)
+    limit = stats.t.isf(0.00135, 8)
+    assert seen / 300 > stats.nct.sf(limit, 8, 7 / sqrt(10 / 9)) - 0.05
+    assert steady <= 6
 
 
 def test_limit_steady_results_are_far_from_none(series):
