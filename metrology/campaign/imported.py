@@ -173,7 +173,7 @@ class Imported:
     lost : str
         What of its distribution is not carried over; empty where all is.
     loose : bool
-        Whether some of its u is in no row of its budget, and may be correlated with what another result has of this.
+        Whether its budget lacks a part of its standard uncertainty, which may be correlated with that of other results.
     display_unit : str
         Unit in which its own report shows it.
     """

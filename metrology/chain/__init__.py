@@ -129,8 +129,8 @@ def build(
     derived.add_areas(plan, campaign)
     methods.add_tests(plan, campaign, progress)
     derived.add_derived(plan, campaign)
-    judgement.add_judged_inputs(plan, campaign)
     knowledge.join_imported(plan, campaign)
+    judgement.add_judged_inputs(plan, campaign)
     return plan
 
 

@@ -46,8 +46,7 @@ def add_judged_inputs(plan: Plan, campaign: Campaign) -> None:
             quantity = plan.inputs[name]
             measurand = Measurand(_judged(name), value_of(name), quantity.unit, quantity.description)
             unit = campaign.quantities[name].unit if name in campaign.quantities else quantity.unit
-            sources = [part.source for part in quantity.components]
-            given = (one.display_unit for one in campaign.imported if any(of.endswith(one.about) for of in sources))
+            given = (one.display_unit for one in campaign.imported if name in plan.imported[one.about])
             unit = next(given, "") or unit
             # What readings or a fit give is a result already, which need not stand there twice.
             of_readings = (f"{key}.{name}" for key, one in campaign.ensembles.items() if name in one.columns)

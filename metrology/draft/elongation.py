@@ -148,4 +148,4 @@ def _in_one_unit(load: Seen) -> bool:
     if load.values is None or load.unit:
         return False
     levels = sorted(set(load.values.tolist()))
-    return levels != [level + levels[0] for level in range(len(levels))] or levels[0] not in (0.0, 1.0)
+    return levels not in (list(range(len(levels))), list(range(1, len(levels) + 1)))
