@@ -505,17 +505,29 @@ def fastest(r, p, kind):
 
 
 def reach(A, n, omega):
-    """Norm of A for states scaled to one another by ω: how fast the power series in A·h begins to converge."""
-    largest = 0.0
-    scale = omega
+    """Norm of A for states scaled to one another: how fast the power series in A·h begins to converge.
+
+    Position and velocity alone are scaled by ω. With more states, each is scaled until what drives it is as large as
+    what it drives (Osborne, J. ACM 7 (1960) 338): a second velocity, too, is as large as its frequency.
+    """
+    scale = np.full(n, 1.0)
+    scale[V] = omega
     if omega == 0.0:  # a free motion's series ends by itself, however long the time
-        scale = 1e-6 if n == 2 else 1.0
+        scale[V] = 1e-6 if n == 2 else 1.0
+    for _ in range(0 if n == 2 else 6):
+        for i in range(n):
+            driven, drives = 0.0, 0.0
+            for j in range(n):
+                if j != i:
+                    driven += abs(A[i, j]) * scale[j] / scale[i]
+                    drives += abs(A[j, i]) * scale[i] / scale[j]
+            if driven > 0.0 and drives > 0.0:
+                scale[i] *= math.sqrt(driven / drives)
+    largest = 0.0
     for j in range(n):
         total = 0.0
         for i in range(n):
-            entry = abs(A[i, j])
-            if entry > 0.0:
-                total += entry * (scale if j == V else 1.0) / (scale if i == V else 1.0)
+            total += abs(A[i, j]) * scale[j] / scale[i]
         largest = max(largest, total)
     return largest
 
