@@ -39,6 +39,11 @@ SMALL = 1e-6
 """Step of a state over its largest value."""
 FAINT = 1e-22
 """Weight per length, N/m, of a line that stretches nothing and whose slack pull is in proportion to it."""
+FINE, NODES, BEFORE = 0.25, 12, 5
+"""Between uneven stamps: spacing of even nodes, times the fastest rate; nodes of a polynomial, and those of them before
+a stamp: it leaves (0.5·1.5·…·5.5)²/12!·0.25¹² = 3e-12 of a sine."""
+FEW, SPARSE = 16, 400
+"""Stamps, and nodes for each of them, where polynomials and power series take as long."""
 GRADED = 1e-13
 """Share of a slack leg left out at its ends, where a faint line's pull goes as 1/√(s − L): its root is the error."""
 
@@ -354,8 +359,8 @@ def apply(E, L, active, Y, Z, out, turned):
 
 
 def drift(A, by_A, active, reached, Y, Z, h, E, L, room):
-    """Move Y and Z on by the time h: by the power series, or by the exponential where that is long."""
-    if h <= 0.0:
+    """Move Y and Z on by the time h: by the power series, or by the exponential where that is long, and not back."""
+    if h == 0.0:
         return
     term, after, slopes, beyond, F, G = room
     if reached * h > 2.0:
@@ -367,7 +372,7 @@ def drift(A, by_A, active, reached, Y, Z, h, E, L, room):
         term[i] = Y[i]
         for j in range(many):
             slopes[i, j] = Z[i, j]
-    for order in range(1, 12 + int(12.0 * reached * h)):
+    for order in range(1, 12 + int(12.0 * reached * abs(h))):
         share = h / order
         for i in range(size - 2):  # F′ and 1 stay
             after[i] = 0.0
@@ -446,22 +451,26 @@ def write_block(Y, Z, table, by_table, active, outs, place, low, high, first, co
 
 
 def linear_samples(A, by_A, rows, by_rows, active, reached, Y, Z, t, ends, last, grid, span, spacing, shift, first,
-                   outs, place, low, high, tables, by_tables, leap, by_leap, E, L, kept, y, z, room):  # fmt: skip
+                   outs, place, low, high, tables, by_tables, leap, by_leap, E, L, kept, room, even):  # fmt: skip
     """Write the derivatives at the samples of a leg that begins at `t`; give the next index."""
-    i, now = first, t
+    i, now, alone = first, t, first
     many = Z.shape[1]
-    for l in range(Y.shape[0]):
-        y[l] = Y[l]
-        for j in range(many):
-            z[l, j] = Z[l, j]
+    y, z = even[0], even[1]
+    put(Y, Z, y, z)
     while i < grid.shape[0]:
         stamp = grid[i] - shift
         if stamp > ends or (stamp == ends and not last):
             break
         drift(A, by_A, active, reached, y, z, stamp - now, E, L, room)
         now = stamp
-        end, dt = span[i], spacing[i]
-        if end == i:
+        end, dt, alone = span[i], spacing[i], max(alone, i)
+        while alone < grid.shape[0] and span[alone] == alone and grid[alone] - shift < ends:
+            alone += 1
+        long = grid[max(alone - 1, i)] - grid[i]
+        dense = alone - i >= FEW and long * reached < FINE * SPARSE * (alone - i)
+        if dense:
+            dt = min(FINE / reached, long)  # no longer where a free motion has no rate
+        elif end == i:
             for c in range(low, high):
                 for j in range(many):
                     total = 0.0
@@ -470,7 +479,7 @@ def linear_samples(A, by_A, rows, by_rows, active, reached, Y, Z, t, ends, last,
                     outs[c][place[j], i] = total
             i += 1
             continue
-        if grid[end] - shift >= ends:
+        elif grid[end] - shift >= ends:
             end = min(end, i + int((ends - stamp) / dt) + 1)
             while end > i and (grid[end] - shift > ends or (grid[end] - shift == ends and not last)):
                 end -= 1
@@ -478,6 +487,14 @@ def linear_samples(A, by_A, rows, by_rows, active, reached, Y, Z, t, ends, last,
             kept[0] = dt
             flow(A, by_A, active, reached, dt, E, L, room[4], room[5])
             table_rows(rows, by_rows, active, E, L, tables, by_tables, leap, by_leap, room[4], room[5])
+        if dense:
+            drift(A, by_A, active, reached, y, z, -BEFORE * dt, E, L, room)
+            read_even(
+                tables, by_tables, leap, by_leap, active, grid, shift, i, alone, dt, outs, place, low, high, even, room
+            )
+            put(Y, Z, y, z)
+            i, now = alone, t
+            continue
         while True:
             count = min(BLOCK, end + 1 - i)
             write_block(y, z, tables, by_tables, active, outs, place, low, high, i, count)
@@ -487,6 +504,56 @@ def linear_samples(A, by_A, rows, by_rows, active, reached, Y, Z, t, ends, last,
             apply(leap, by_leap, active, y, z, room[1], room[3])
             now += BLOCK * dt
     return i
+
+
+def even_nodes():
+    """Give the nodes 0, 1, … of a polynomial and their barycentric weights."""
+    nodes, bary = np.zeros(NODES), np.zeros(NODES)
+    weight = 1.0
+    for q in range(NODES):
+        nodes[q], bary[q] = q, weight
+        weight *= -(NODES - 1.0 - q) / (q + 1.0)
+    return nodes, bary
+
+
+def put(Y, Z, y, z):
+    """Copy a state and its derivatives."""
+    for l in range(Y.shape[0]):
+        y[l] = Y[l]
+        for j in range(Z.shape[1]):
+            z[l, j] = Z[l, j]
+
+
+def read_even(tables, by_tables, leap, by_leap, active, grid, shift, i, alone, dt, outs, place, low, high, even, room):
+    """Write the samples from `i` to before `alone` by polynomials through even nodes; begins `BEFORE`·dt before them.
+
+    The linear flow goes on beyond both ends of its leg, so that each stamp stands in the middle of its nodes.
+    """
+    y, z, found, own, theta, bary, basis = even
+    begun, held = grid[i] - shift - BEFORE * dt, 0
+    while i < alone:
+        kept = min(held, NODES - 1)
+        for c in range(low, high):
+            for j in range(z.shape[1]):
+                for b in range(kept):
+                    found[c][j, b] = found[c][j, held - kept + b]
+        begun += (held - kept) * dt
+        held = kept + BLOCK
+        write_block(y, z, tables, by_tables, active, found, own, low, high, kept, BLOCK)
+        apply(leap, by_leap, active, y, z, room[1], room[3])
+        while i < alone:
+            where = (grid[i] - shift - begun) / dt
+            node = max(int(where) - BEFORE, 0)
+            if node + NODES > held:
+                break
+            lagrange(where - node, theta, bary, basis, 0)
+            for c in range(low, high):
+                for j in range(z.shape[1]):
+                    total = 0.0
+                    for b in range(NODES):
+                        total += basis[b, 0] * found[c][j, node + b]
+                    outs[c][place[j], i] = total
+            i += 1
 
 
 # ---- nonlinear regimes ----------------------------------------------------------------------------------------------
@@ -729,9 +796,14 @@ def trace(legs, p, which, small, low, kind, at, pair, rule, start, edges, forces
     d0, d1, d2 = np.zeros(SIZE), np.zeros(SIZE), np.zeros(SIZE)
     g0, g1, g2 = np.zeros(WATCHED), np.zeros(WATCHED), np.zeros(WATCHED)
     J, by_F, by_p = np.zeros((1, n + 1, n)), np.zeros((1, n)), np.zeros((1, n + 1, many))
-    Y, Z, Y1, Z1 = np.zeros(size), np.zeros((size, many)), np.zeros(size), np.zeros((size, many))
+    Y, Z = np.zeros(size), np.zeros((size, many))
     room = (np.zeros(size), np.zeros(size), np.zeros((size, many)), np.zeros((size, many)),
             np.zeros((size, size)), np.zeros((size, size)))  # fmt: skip
+    nodes, bary = even_nodes()
+    held = NODES + BLOCK
+    even = (np.zeros(size), np.zeros((size, many)),
+            (np.zeros((many, held)), np.zeros((many, held)), np.zeros((many, held))), np.arange(many),
+            nodes, bary, np.zeros((NODES, 1)))  # fmt: skip
     A1, A2, rows1, rows2 = np.zeros((size, size)), np.zeros((size, size)), np.zeros((3, size)), np.zeros((3, size))
     A, by_A = np.zeros((KEPT, size, size)), np.zeros((KEPT, many, size, size))
     rows, by_rows, W = np.zeros((KEPT, 3, size)), np.zeros((KEPT, many, 3, size)), np.zeros((WATCHED, size))
@@ -794,7 +866,7 @@ def trace(legs, p, which, small, low, kind, at, pair, rule, start, edges, forces
                     A[slot], by_A[slot], rows[slot], by_rows[slot], active[slot], reached[slot], Y, Z, t, t + length,
                     last, grids[c], spans[c], spacings[c], shifts[c], firsts[c], outs, place, c,
                     3 if together else c + 1,
-                    tables[slot], by_tables[slot], leap[slot], by_leap[slot], E, L, kept[slot], Y1, Z1, room,
+                    tables[slot], by_tables[slot], leap[slot], by_leap[slot], E, L, kept[slot], room, even,
                 )  # fmt: skip
             if together:
                 firsts[1], firsts[2] = firsts[0], firsts[0]

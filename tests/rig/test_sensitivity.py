@@ -233,6 +233,33 @@ def test_twice_stamps_of_their_own_and_common_ones() -> None:
     np.testing.assert_allclose(part.T, whole.T[::2], rtol=0, atol=1e-9 * np.abs(whole.T).max())
 
 
+@pytest.mark.parametrize("shift", [0.0, 2e-3])
+@pytest.mark.parametrize(
+    "effects",
+    [
+        {},
+        {"friction.force": 0.02},
+        {"zener.stiffness": 40.0, "zener.time": 0.5},
+        {"frame.compliance": 8e-5, "frame.frequency": 500.0, "frame.damping": 0.03, "slip.set": 2e-3},
+        {"appendage.mass": 2.0, "appendage.frequency": 4.0},
+    ],
+)
+def test_twice_many_uneven_stamps_and_a_few_at_a_time(effects: dict[str, float], shift: float) -> None:
+    """Many are read between even nodes, a few by a power series each."""
+    rig = Rig(25.0, 753.33, 35.0, 1.5, effects=effects | {"clock.v": shift})
+    uneven = np.sort(np.random.default_rng(2).uniform(0.0, 6.0, 300))
+    force, names = Force(np.array([0.3, 2.7]), np.array([1.2, -0.9])), ["k", "c", "m", "taut", *effects]
+    whole = sensitivities(rig, Run(1.45, 0.02, force=force, t_x=uneven, t_v=uneven, t_T=uneven), names)
+    assert len(simulate(rig, Run.sampled(uneven, 1.45, 0.02, force=force)).events) > 1
+    for at in range(0, 300, 60):
+        few = np.unique(np.concatenate([uneven[at : at + 12], uneven[-1:]]))
+        part = sensitivities(rig, Run(1.45, 0.02, force=force, t_x=few, t_v=few, t_T=few), names)
+        for channel in "xvT":
+            a, b = getattr(whole, channel), getattr(part, channel)
+            allowed = 1e-10 * np.abs(a).max(axis=0)
+            assert (np.abs(a[at : at + 12] - b[:12]) <= allowed).all()
+
+
 def test_refusal_of_a_name_and_a_motion_without_an_end() -> None:
     with pytest.raises(MetrologyError, match=r"rig\.kk: got 'kk'"):
         sensitivities(Rig(1.0, 4.0), RUN, ["kk"])
