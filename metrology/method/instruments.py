@@ -57,7 +57,7 @@ def check_reads(campaign: Declared, instrument: str, unit: str, *place: str | in
         yield Refusal(place, got, f"an instrument that reads {due.name}")
 
 
-GRAVITY = (9.7, 9.9)
+GRAVITY = (9.76, 9.84)
 """m/s²: free fall on the surface of the Earth is 9.764 to 9.834 (Hirt et al., Geophys. Res. Lett. 40 (2013) 4279)."""
 
 
