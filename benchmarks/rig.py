@@ -13,6 +13,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -93,11 +94,11 @@ TWENTY = (
 """Parameters of a usual diagnosis; the effect's own one is the twentieth."""
 
 
-def print_sensitivities(run: Run) -> None:
+def print_sensitivities(run: Run, stamps: str) -> None:
     """Print the time of a sagging line and that of derivatives by 20 parameters against one run, all for 20 s."""
-    print(f"\n{'20 s at 200 Hz':28}{'run':>10}{'20 derivatives':>16}{'ratio':>7}")
+    print(f"\n{f'20 s at 200 Hz, {stamps}':28}{'run':>10}{'20 derivatives':>16}{'ratio':>7}")
     for material in MATERIALS:
-        for name in ("sag", "quadratic drag", "cubic", "base model"):
+        for name in ("sag", "quadratic drag", "cubic", "frame", "base model"):
             effects = EFFECTS.get(name, {})
             rig = Rig(25.0, *MATERIALS[material], 1.5, length=3.0, effects=effects)
             names = (*TWENTY, next(iter(effects), "mass.factor"))
@@ -167,7 +168,9 @@ def main() -> None:
         truth = Reference(*peek, **named).solve(t, 1.45, 0.0, STEP)
         error = worst(simulate(rig, short), truth)
         print(f"{name:28}{1e3 * theirs:8.1f} ms{1e6 * ours:7.0f} µs{theirs / ours:7.0f}{error:9.0e}", flush=True)
-    print_sensitivities(short)
+    print_sensitivities(short, "even")
+    jittered = np.sort(t + np.random.default_rng(0).uniform(0.0, 5e-3, t.size))
+    print_sensitivities(replace(short, t_x=jittered, t_v=jittered, t_T=jittered), "uneven")
     print_compile()
     if "--all" in sys.argv:
         print_errors(run)

@@ -24,9 +24,9 @@ from metrology.rig.kernel import (  # isort: skip - in the kernel's own order
     BELOW, STRETCHED, CONTACT,
     FRAME_U, FRAME_V, YAW_U, YAW_V, APPENDAGE_U, APPENDAGE_V, RELAXED, LOOP, THRUST,
     N, TOGETHER, SLIDE, HELD, SLIPPED, REGIME, WATCHED,
-    FORCE, KEPT, BLOCK, SINCE, SPAN, PUSH, GROWTH, ENDING, PIECE, PART, STATE, RULES,
-    assemble, begin, copy, excess, fastest, first_size, growth, is_linear, make_dense, misfit, motion, reach,
-    read_dense, regime_code, stretch, take_step, thrust_at, watch,
+    FORCE, KEPT, BLOCK, NODES, BEFORE, EVEN, BARY, SINCE, SPAN, PUSH, GROWTH, ENDING, PIECE, PART, STATE, RULES,
+    assemble, begin, copy, excess, fastest, fine, first_size, growth, is_dense, is_linear, lagrange, make_dense, misfit,
+    motion, reach, read_dense, regime_code, stretch, take_step, thrust_at, uneven, watch,
 )  # fmt: skip
 
 STAMPS = -1
@@ -39,11 +39,6 @@ SMALL = 1e-6
 """Step of a state over its largest value."""
 FAINT = 1e-22
 """Weight per length, N/m, of a line that stretches nothing and whose slack pull is in proportion to it."""
-FINE, NODES, BEFORE = 0.25, 12, 5
-"""Between uneven stamps: spacing of even nodes, times the fastest rate; nodes of a polynomial, and those of them before
-a stamp: it leaves (0.5·1.5·…·5.5)²/12!·0.25¹² = 3e-12 of a sine."""
-FEW, SPARSE = 16, 400
-"""Stamps, and nodes for each of them, where polynomials and power series take as long."""
 GRADED = 1e-13
 """Share of a slack leg left out at its ends, where a faint line's pull goes as 1/√(s − L): its root is the error."""
 
@@ -463,13 +458,11 @@ def linear_samples(A, by_A, rows, by_rows, active, reached, Y, Z, t, ends, last,
             break
         drift(A, by_A, active, reached, y, z, stamp - now, E, L, room)
         now = stamp
-        end, dt, alone = span[i], spacing[i], max(alone, i)
-        while alone < grid.shape[0] and span[alone] == alone and grid[alone] - shift < ends:
-            alone += 1
-        long = grid[max(alone - 1, i)] - grid[i]
-        dense = alone - i >= FEW and long * reached < FINE * SPARSE * (alone - i)
+        end, dt = span[i], spacing[i]
+        alone = uneven(grid, span, shift, max(alone, i), ends)
+        dense = is_dense(grid, i, alone, reached)
         if dense:
-            dt = min(FINE / reached, long)  # no longer where a free motion has no rate
+            dt = fine(grid, i, alone, reached)
         elif end == i:
             for c in range(low, high):
                 for j in range(many):
@@ -489,7 +482,7 @@ def linear_samples(A, by_A, rows, by_rows, active, reached, Y, Z, t, ends, last,
             table_rows(rows, by_rows, active, E, L, tables, by_tables, leap, by_leap, room[4], room[5])
         if dense:
             drift(A, by_A, active, reached, y, z, -BEFORE * dt, E, L, room)
-            read_even(
+            read_even_all(
                 tables, by_tables, leap, by_leap, active, grid, shift, i, alone, dt, outs, place, low, high, even, room
             )
             put(Y, Z, y, z)
@@ -506,16 +499,6 @@ def linear_samples(A, by_A, rows, by_rows, active, reached, Y, Z, t, ends, last,
     return i
 
 
-def even_nodes():
-    """Give the nodes 0, 1, … of a polynomial and their barycentric weights."""
-    nodes, bary = np.zeros(NODES), np.zeros(NODES)
-    weight = 1.0
-    for q in range(NODES):
-        nodes[q], bary[q] = q, weight
-        weight *= -(NODES - 1.0 - q) / (q + 1.0)
-    return nodes, bary
-
-
 def put(Y, Z, y, z):
     """Copy a state and its derivatives."""
     for l in range(Y.shape[0]):
@@ -524,12 +507,13 @@ def put(Y, Z, y, z):
             z[l, j] = Z[l, j]
 
 
-def read_even(tables, by_tables, leap, by_leap, active, grid, shift, i, alone, dt, outs, place, low, high, even, room):
+def read_even_all(tables, by_tables, leap, by_leap, active, grid, shift, i, alone, dt, outs, place, low, high, even,
+                  room):  # fmt: skip
     """Write the samples from `i` to before `alone` by polynomials through even nodes; begins `BEFORE`·dt before them.
 
     The linear flow goes on beyond both ends of its leg, so that each stamp stands in the middle of its nodes.
     """
-    y, z, found, own, theta, bary, basis = even
+    y, z, found, own, basis = even
     begun, held = grid[i] - shift - BEFORE * dt, 0
     while i < alone:
         kept = min(held, NODES - 1)
@@ -546,7 +530,7 @@ def read_even(tables, by_tables, leap, by_leap, active, grid, shift, i, alone, d
             node = max(int(where) - BEFORE, 0)
             if node + NODES > held:
                 break
-            lagrange(where - node, theta, bary, basis, 0)
+            lagrange(where - node, EVEN, BARY, basis, 0)
             for c in range(low, high):
                 for j in range(z.shape[1]):
                     total = 0.0
@@ -634,22 +618,6 @@ def read_nodes(Z, B, J, by_p, n, count, which, slipped, values):
         if which[j] == TAUT or (which[j] == SLIP and slipped == 1):
             for q in range(count):
                 values[q, 0, j] += 1.0
-
-
-def lagrange(theta, nodes, bary, basis, at):
-    """Fill column `at` of `basis` with the Lagrange polynomials of the nodes at `theta`."""
-    total = 0.0
-    for q in range(nodes.shape[0]):
-        apart = theta - nodes[q]
-        if apart == 0.0:
-            for l in range(nodes.shape[0]):
-                basis[l, at] = 0.0
-            basis[q, at] = 1.0
-            return
-        basis[q, at] = bary[q] / apart
-        total += basis[q, at]
-    for q in range(nodes.shape[0]):
-        basis[q, at] /= total
 
 
 def write_step(values, t, h, ends, closed, grids, shifts, firsts, outs, place, together, nodes, bary, basis):
@@ -799,11 +767,10 @@ def trace(legs, p, which, small, low, kind, at, pair, rule, start, edges, forces
     Y, Z = np.zeros(size), np.zeros((size, many))
     room = (np.zeros(size), np.zeros(size), np.zeros((size, many)), np.zeros((size, many)),
             np.zeros((size, size)), np.zeros((size, size)))  # fmt: skip
-    nodes, bary = even_nodes()
     held = NODES + BLOCK
     even = (np.zeros(size), np.zeros((size, many)),
             (np.zeros((many, held)), np.zeros((many, held)), np.zeros((many, held))), np.arange(many),
-            nodes, bary, np.zeros((NODES, 1)))  # fmt: skip
+            np.zeros((NODES, 1)))  # fmt: skip
     A1, A2, rows1, rows2 = np.zeros((size, size)), np.zeros((size, size)), np.zeros((3, size)), np.zeros((3, size))
     A, by_A = np.zeros((KEPT, size, size)), np.zeros((KEPT, many, size, size))
     rows, by_rows, W = np.zeros((KEPT, 3, size)), np.zeros((KEPT, many, 3, size)), np.zeros((WATCHED, size))
