@@ -595,7 +595,7 @@ def advance(A, size, reached, Y, h, out, work):
     if h == 0.0:
         return
     turns = reached * abs(h)
-    if turns > 6.0 and h > 0.0:
+    if turns > 6.0:
         E = grow(A, size, reached, h)
         for i in range(n + 1):
             for j in range(size):
@@ -938,6 +938,16 @@ def lagrange(theta, nodes, bary, basis, at):
         basis[q, at] /= total
 
 
+def window(since, dt, held, basis):
+    """Give the first of the `NODES` even nodes around an instant, and their polynomials there; −1 if not yet held."""
+    where = since / dt
+    node = max(int(where) - BEFORE, 0)
+    if node + NODES > held:
+        return -1
+    lagrange(where - node, EVEN, BARY, basis, 0)
+    return node
+
+
 def read_even(y, n, tables, leap, grid, shift, i, alone, dt, outs, channels, found, basis, rest):
     """Write the samples from `i` to before `alone` by polynomials through even nodes; `y` is `BEFORE`·dt before them.
 
@@ -967,11 +977,9 @@ def read_even(y, n, tables, leap, grid, shift, i, alone, dt, outs, channels, fou
             y[j] = rest[j]
         y[n] += leap[n, n + 1] * y[n + 1]
         while i < alone:
-            where = (grid[i] - shift - begun) / dt
-            node = max(int(where) - BEFORE, 0)
-            if node + NODES > held:
+            node = window(grid[i] - shift - begun, dt, held, basis)
+            if node < 0:
                 break
-            lagrange(where - node, EVEN, BARY, basis, 0)
             for channel in range(low, high):
                 total = 0.0
                 for b in range(NODES):

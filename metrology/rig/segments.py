@@ -32,16 +32,25 @@ def linear_leg(
     ends, last = (stop, last) if which < 0 else (t + length, False)
     del together, work  # shared wherever stamps are the same
     known: dict[tuple[float, float, int], Array] = {}
+    caches = (tables, leaps, kept)
     for channel in range(3):
         grid, shift, first = grids[channel], shifts[channel], firsts[channel]
         stopped = int(np.searchsorted(grid, ends + shift, "right" if last else "left"))
+        recurs = np.flatnonzero(spans[channel][first:stopped] > np.arange(first, stopped)) + first
         while first < stopped:
             end = min(int(spans[channel][first]), stopped - 1)
             stamp = float(grid[first] - shift)
-            if end == first:
+            alone = int(next(iter(recurs[np.searchsorted(recurs, first) :]), stopped))
+            if kernel.is_dense(grid, first, alone, reached):
+                begun = _after(A, reached, Y, stamp - t)
+                outs[channel][first:alone] = _read_even(
+                    A, reached, begun, rows[channel], grid[first:alone], channel, caches
+                )
+                end = alone - 1
+            elif end == first:
                 outs[channel][first] = rows[channel] @ _after(A, reached, Y, stamp - t)
             else:
-                _tabulate(A, reached, rows[channel], spacings[channel][first], channel, (tables, leaps, kept))
+                _tabulate(A, reached, rows[channel], spacings[channel][first], channel, caches)
                 blocks = (end - first) // kernel.BLOCK + 1
                 key = (stamp, float(spacings[channel][first]), blocks)
                 if key not in known:
@@ -52,6 +61,25 @@ def linear_leg(
         firsts[channel] = max(first, firsts[channel])
     Y[:] = _after(A, reached, Y, length)
     return length, which, min(steps, budget)
+
+
+def _read_even(
+    A: Array, reached: float, Y: Array, row: Array, grid: Array, channel: int, caches: tuple[Array, Array, Array]
+) -> Array:
+    """Samples of a channel by polynomials through even nodes (see `kernel.read_even`); `Y` is at the first of them."""
+    tables, leaps, _ = caches
+    dt = kernel.fine(grid, 0, len(grid), reached)
+    _tabulate(A, reached, row, dt, channel, caches)
+    where = (grid - grid[0]) / dt + kernel.BEFORE
+    blocks = (int(where[-1]) + kernel.NODES) // kernel.BLOCK + 1
+    nodes = (_leapfrog(_after(A, reached, Y, -kernel.BEFORE * dt), leaps[channel], blocks).T @ tables[channel]).ravel()
+    first = where.astype(np.int64) - kernel.BEFORE
+    apart = (where - first)[:, np.newaxis] - kernel.EVEN
+    exact = apart == 0.0
+    basis = np.where(exact.any(axis=1, keepdims=True), exact, kernel.BARY / np.where(exact, 1.0, apart))
+    values = nodes[first[:, np.newaxis] + np.arange(kernel.NODES)]
+    samples: Array = (basis * values).sum(axis=1) / basis.sum(axis=1)
+    return samples
 
 
 def _tabulate(

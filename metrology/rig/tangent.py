@@ -24,9 +24,9 @@ from metrology.rig.kernel import (  # isort: skip - in the kernel's own order
     BELOW, STRETCHED, CONTACT,
     FRAME_U, FRAME_V, YAW_U, YAW_V, APPENDAGE_U, APPENDAGE_V, RELAXED, LOOP, THRUST,
     N, TOGETHER, SLIDE, HELD, SLIPPED, REGIME, WATCHED,
-    FORCE, KEPT, BLOCK, NODES, BEFORE, EVEN, BARY, SINCE, SPAN, PUSH, GROWTH, ENDING, PIECE, PART, STATE, RULES,
+    FORCE, KEPT, BLOCK, NODES, BEFORE, SINCE, SPAN, PUSH, GROWTH, ENDING, PIECE, PART, STATE, RULES,
     assemble, begin, copy, excess, fastest, fine, first_size, growth, is_dense, is_linear, lagrange, make_dense, misfit,
-    motion, reach, read_dense, regime_code, stretch, take_step, thrust_at, uneven, watch,
+    motion, reach, read_dense, regime_code, stretch, take_step, thrust_at, uneven, watch, window,
 )  # fmt: skip
 
 STAMPS = -1
@@ -526,11 +526,9 @@ def read_even_all(tables, by_tables, leap, by_leap, active, grid, shift, i, alon
         write_block(y, z, tables, by_tables, active, found, own, low, high, kept, BLOCK)
         apply(leap, by_leap, active, y, z, room[1], room[3])
         while i < alone:
-            where = (grid[i] - shift - begun) / dt
-            node = max(int(where) - BEFORE, 0)
-            if node + NODES > held:
+            node = window(grid[i] - shift - begun, dt, held, basis)
+            if node < 0:
                 break
-            lagrange(where - node, EVEN, BARY, basis, 0)
             for c in range(low, high):
                 for j in range(z.shape[1]):
                     total = 0.0

@@ -250,7 +250,8 @@ def test_twice_many_uneven_stamps_and_a_few_at_a_time(effects: dict[str, float],
     uneven = np.sort(np.random.default_rng(2).uniform(0.0, 6.0, 300))
     force, names = Force(np.array([0.3, 2.7]), np.array([1.2, -0.9])), ["k", "c", "m", "taut", *effects]
     whole = sensitivities(rig, Run(1.45, 0.02, force=force, t_x=uneven, t_v=uneven, t_T=uneven), names)
-    assert len(simulate(rig, Run.sampled(uneven, 1.45, 0.02, force=force)).events) > 1
+    motions = [simulate(rig, Run.sampled(uneven, 1.45, 0.02, force=force), engine=one) for one in ("compiled", "numpy")]
+    assert len(motions[0].events) > 1
     for at in range(0, 300, 60):
         few = np.unique(np.concatenate([uneven[at : at + 12], uneven[-1:]]))
         part = sensitivities(rig, Run(1.45, 0.02, force=force, t_x=few, t_v=few, t_T=few), names)
@@ -258,6 +259,10 @@ def test_twice_many_uneven_stamps_and_a_few_at_a_time(effects: dict[str, float],
             a, b = getattr(whole, channel), getattr(part, channel)
             allowed = 1e-10 * np.abs(a).max(axis=0)
             assert (np.abs(a[at : at + 12] - b[:12]) <= allowed).all()
+        alone = simulate(rig, Run.sampled(few, 1.45, 0.02, force=force), engine="interpreted")
+        for motion in motions:
+            np.testing.assert_allclose(motion.x[at : at + 12], alone.x[:12], rtol=0, atol=1e-11)
+            np.testing.assert_allclose(motion.T[at : at + 12], alone.T[:12], rtol=0, atol=1e-9)
 
 
 def test_refusal_of_a_name_and_a_motion_without_an_end() -> None:
