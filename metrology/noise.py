@@ -47,6 +47,12 @@ class Colour:
     level: float
     filter: Array
 
+    @property
+    def deviation(self) -> float:
+        """Standard deviation of the noise, what the readings before predict of it included."""
+        response = np.abs(np.fft.rfft(self.filter, 1024))
+        return math.sqrt(float(np.mean(response[1:-1] ** -2.0)))
+
     def whitened(self, rows: Array) -> Array:
         """Filter along the first axis, shape (n, …) → (n, …)."""
         found: Array = self.filter[0] * rows

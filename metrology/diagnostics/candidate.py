@@ -10,7 +10,7 @@ from typing import Any, Literal
 from metrology.coordinate import QUANTITIES
 from metrology.effect import Cause, Effect, Parameter, Size
 from metrology.effects import causes
-from metrology.rig.parameters import PARAMETERS, turned
+from metrology.rig.parameters import turned_unit
 
 
 @dataclass(frozen=True)
@@ -143,5 +143,5 @@ def _turned(one: Candidate) -> Candidate:
         _STRAIGHT.sub(lambda found: _TURNED[found[0]], text)
         for text in (one.title, one.consequence, one.advice, one.separate)
     )
-    sizes = tuple(replace(size, unit=turned(PARAMETERS[size.name]).unit) for size in one.parameters)
+    sizes = tuple(replace(size, unit=turned_unit(size.unit)) for size in one.parameters)
     return replace(one, title=title, consequence=consequence, advice=advice, separate=separate, parameters=sizes)

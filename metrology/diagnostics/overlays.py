@@ -1,4 +1,4 @@
-"""What overlies a free decay and is sought in every record by itself: lines, mains, slow motion."""
+"""What overlies a motion and is sought in every record by itself: lines, mains, slow motion, steps of a reading."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ APART = ("drift", "hop", "mains", "other")
 
 @dataclass(frozen=True)
 class Overlay:
-    """Something that overlies the decay: which candidate, how large, and the ln evidence for it over none."""
+    """Something that overlies the motion: which candidate, how large, and the ln evidence for it over none."""
 
     effect: str
     values: tuple[Value, ...]
@@ -186,7 +186,7 @@ def _stepped(fit: Fit, by: Noise, posed: Plain, prepared: Decay) -> Overlay:
 
 
 def _step(found: Diagnosis, groups: Sequence[tuple[str, ...]]) -> Verdict:
-    """Step of the ladder with what overlies the decay."""
+    """Step of the ladder with what overlies the motion."""
     if found.verdict not in ("nothing missing", "explained"):
         return found.verdict
     return "ambiguous" if groups else "explained"
@@ -216,7 +216,7 @@ def _found(cause: Cause, one: Overlay) -> Cause:
 
 
 def with_overlays(found: Diagnosis, overlays: Sequence[Overlay]) -> Diagnosis:
-    """Name what overlies the decay, whatever shapes it."""
+    """Name what overlies the motion, whatever shapes it."""
     causes = list(found.causes)
     # A diagnosis that failed lists no causes.
     certain = {one.effect for one in overlays if not one.alike}
@@ -246,7 +246,7 @@ def with_overlays(found: Diagnosis, overlays: Sequence[Overlay]) -> Diagnosis:
         named += [text] if text not in named else []
     clean = found.verdict == "nothing missing"
     text = said(
-        "Found in the records in addition to the decay, and separated from it: {named:comma}.", named=tuple(named)
+        "Found in the records in addition to the motion, and separated from it: {named:comma}.", named=tuple(named)
     )
     causes.sort(key=lambda one: one.verdict not in ("supported", "indistinguishable"))
     return replace(

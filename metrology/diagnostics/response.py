@@ -7,14 +7,17 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from metrology.diagnosis import Diagnosis
+from metrology.diagnosis import Diagnosis, Value
 from metrology.diagnostics.candidate import turned_table
 from metrology.diagnostics.engine import BUDGET, rank
+from metrology.diagnostics.intervals import NORMAL_95
+from metrology.diagnostics.overlays import Overlay, sought_apart, with_overlays
 from metrology.diagnostics.own import declared
 from metrology.diagnostics.runs import Response
 from metrology.diagnostics.subject import LOST, Fit
 from metrology.errors import Fault, MetrologyError
-from metrology.estimation import MeasuredRun, Prior, inspection, search
+from metrology.estimation import MeasuredRun, Prior, inspection, search, step
+from metrology.estimation.step import Step
 from metrology.message import counted, said
 from metrology.noise import OUTLYING, outlying
 from metrology.rig import Rig, engines
@@ -57,7 +60,7 @@ def response(
     for base in (False, True):
         engines.compiled(base)
     single = [inspection.without_repeats(inspection.without_saturation(run)[0]) for run in runs]
-    cleaned = tuple(run for run, _ in single)
+    cleaned, steps = step.without([run for run, _ in single])
     repeated = sum(count for _, count in single)
     subject = Response(
         rig, cleaned, tuple(free), tuple(priors), settings.sample, dict(settings.start), workers=settings.workers
@@ -77,6 +80,8 @@ def response(
         replace(subject, candidates=candidates), rng=rng, test=settings.test, budget=settings.budget,
         workers=settings.workers, progress=settings.progress,
     )  # fmt: skip
+    if all({"x", "v"} <= {*run.channels} for run in cleaned):
+        found = with_overlays(sought_apart(found), _stepped(steps, cleaned[0].unit("x")))
     return replace(found, notes=(*found.notes, *notes), coordinate=rig.coordinate)
 
 
@@ -111,6 +116,23 @@ class Settings:
     budget: int = BUDGET
     workers: int = 2
     progress: Callable[[str], None] | None = None
+
+
+def _stepped(steps: Mapping[str, Step], unit: str) -> list[Overlay]:
+    """Steps of the position that no velocity shows, by run."""
+    if not steps:
+        return []
+    largest = max(steps.values(), key=lambda one: abs(one.size))
+    wide = NORMAL_95 * largest.u
+    value = Value("hop", largest.size, largest.u, unit, largest.size - wide, largest.size + wide)
+    places = tuple(
+        said(
+            "{size:.3g} m{unit} at {time:.4g} s in {record}", size=1e3 * one.size, unit=unit, time=one.time, record=name
+        )
+        for name, one in steps.items()
+    )
+    text = "Found before the fit, and the readings of x after it left out: {hops}."
+    return [Overlay("hop", (value,), said(text, hops=places), sum(one.log_bayes for one in steps.values()))]
 
 
 ROUGH = 1.2

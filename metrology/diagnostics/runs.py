@@ -397,7 +397,12 @@ class Response:
             lacking["both ways"] = said(text)
         if not self.rig.length > 0:
             lacking["length"] = said("the free length of the line is not stated")
-        return {
+        found = {
+            name: said("{why}. Needed: {needed}", why=one.cause.alone, needed=one.separate)
+            for name, one in self.candidates.items()
+            if one.cause.alone
+        }
+        return found | {
             name: lacking[need] for name, one in self.candidates.items() for need in one.cause.needs if need in lacking
         }
 

@@ -20,5 +20,15 @@ EFFECT = Effect(
             separate="the same release again: fringes are lost at another moment, or not at all",
             pictures=("order",), alone="it is sought in every record by itself",
         ),
+        Cause(
+            "response", "hop", (Size("hop", "m", 0.0, -INF, INF, 1e-6),),
+            title="Step of the position (a marker that was lost and found, a camera that was moved)",
+            sign="the position steps between two readings, and the velocity shows nothing",
+            consequence="what follows is read from another zero: the line seems to slip, or to relax, and k and c "
+            "follow",
+            advice="look at the markers and cameras at that moment; let the system say when it loses a marker",
+            separate="the same run again: a marker is lost at another moment, or not at all",
+            needs=("x", "v"), pictures=("time",), alone="it is sought in every record by itself",
+        ),
     ),
 )  # fmt: skip

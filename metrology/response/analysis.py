@@ -12,7 +12,7 @@ import numpy as np
 from metrology import estimation, raw, verify
 from metrology.check import Check
 from metrology.errors import MetrologyError
-from metrology.estimation import Estimated, Identification, MeasuredRun, Prior
+from metrology.estimation import Estimated, Identification, MeasuredRun, Prior, step
 from metrology.estimation.covariance import Covariance
 from metrology.estimation.fit import CONTRADICTED
 from metrology.estimation.inspection import COLUMNS, without_saturation
@@ -161,9 +161,15 @@ def _channels(run: MeasuredRun) -> Iterator[tuple[str, Channel]]:
 
 
 def _readable(test: ResponseTest) -> tuple[ResponseTest, tuple[str, ...]]:
-    """Return the test without what a saturated cell gave, in runs of either purpose, and what was left out."""
+    """Return the test without what a saturated cell or a stepping position gave, and what was left out."""
     cleaned = [without_saturation(run) for run in test.runs]
-    return replace(test, runs=tuple(run for run, _ in cleaned)), tuple(note for _, notes in cleaned for note in notes)
+    runs, steps = step.without([run for run, _ in cleaned])
+    text = (
+        "{run}: x steps by {size:.3g} m{unit} at {time:.4g} s, and v shows no such motion; x is left out from then on"
+    )
+    unit = runs[0].unit("x") if runs else ""
+    stepped = (said(text, run=name, size=1e3 * one.size, unit=unit, time=one.time) for name, one in steps.items())
+    return replace(test, runs=runs), (*(note for _, notes in cleaned for note in notes), *stepped)
 
 
 def _fitted(

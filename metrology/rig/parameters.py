@@ -66,6 +66,11 @@ SILENT: dict[str, float] = {
 """Values at which nothing is added to the readings; clocks apart stay apart."""
 
 
+def turned_unit(unit: str) -> str:
+    """Return the unit of the same quantity where x is an angle."""
+    return _TURNED.get(unit, unit)
+
+
 def turned(entry: Parameter) -> Parameter:
     """Return the same number where x is an angle, F a torque and m a moment of inertia.
 
@@ -85,4 +90,4 @@ def turned(entry: Parameter) -> Parameter:
         With unit and meaning of a rig that turns.
     """
     meaning = _MEANT.get(entry.name, entry.meaning)
-    return replace(entry, unit=_TURNED.get(entry.unit, entry.unit), meaning=meaning)
+    return replace(entry, unit=turned_unit(entry.unit), meaning=meaning)

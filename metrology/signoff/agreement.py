@@ -19,7 +19,7 @@ SAME_UNIT = frozenset(
 """Numbers of one entry that have its unit: what is rounding to one of them is so to ``u`` beside it."""
 OF_ONE = frozenset(
     {"probability", "p_value", "share", "coefficient", "filter_bias", "statistic", "log_bayes", "shift", "en",
-     "tension", "magnitude", "phase", "combined", "peak_error", "closed_excess"}
+     "tension", "magnitude", "phase", "combined", "peak_error", "closed_above", "closed_excess"}
 )  # fmt: skip
 """Pure numbers, known to one: parts of a whole, logarithms of odds, differences in standard uncertainties."""
 TRIED, OF_TRIAL = frozenset({"score"}), 1e-6

@@ -16,13 +16,16 @@ from metrology.message import said
 from metrology.noise import colour, outlying
 from metrology.timeseries import SCREEN
 from metrology.verify.finding import PhaseScore, RingingScore, RunVerification, Series, VerificationFinding
-from metrology.verify.judge import COARSE, RULE, excess, judge, overall
+from metrology.verify.judge import COARSE, FEWEST, RULE, above, excess, judge, overall
 from metrology.verify.metrics import METRICS, ringing
 from metrology.verify.phases import Phase, phases
 from metrology.verify.prediction import Prediction, closed_loop, numerical, open_loop
 from metrology.verify.series import decimated
 
 Array = NDArray[np.float64]
+
+PARTS = 16
+"""Parts of a run over whose median the size of the noise is taken."""
 
 
 def compare(
@@ -166,31 +169,38 @@ def _score(
     used = inside & measured.used(name)
     count = int(used.sum())
     span = float(np.ptp(every))
-    if count < 5:
+    if count < FEWEST:
         return PhaseScore(name, part.name, part.start, part.stop, count)
     d, s = measured.readings(name)[used], getattr(ahead.motion, name)[used]
     found = {label: _number(metric(d, s)) for label, metric in METRICS.items()}
     typical = float(np.sqrt(np.mean(u_val[used] ** 2)))
     signal = float(np.std(d)) if part.name == "all" else max(float(np.std(d)), float(np.abs(d - every[0]).max()) / 2)
     closed, white = (None, None) if behind is None else behind.within(inside)
+    if closed is None or len(closed) < FEWEST:
+        closed = white = None
     return PhaseScore(
         channel=name, name=part.name, start=part.start, stop=part.stop, count=count, rms=found["rms"],
         nrms=None if span == 0 or found["rms"] is None else found["rms"] / span, r_squared=found["r_squared"],
         peak_error=found["peak_error"], magnitude=found["magnitude"], phase=found["phase"], combined=found["combined"],
         share=float((np.abs(s - d) <= 2 * u_val[used]).mean()), u_val=typical,
-        closed_rms=None if closed is None or closed.size < 5 else float(np.sqrt(np.mean(closed**2))),
-        closed_excess=None if closed is None or white is None or closed.size < 5 else _slow(closed, white),
+        closed_rms=None if closed is None else float(np.sqrt(np.mean(closed**2))),
+        closed_above=None if closed is None or behind is None else above(closed, behind.alike),
+        closed_excess=None if closed is None or white is None else _slow(closed, white),
         testable=typical <= COARSE * signal,
     )  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Closed:
-    """Residuals of one channel with the run's own inputs re-estimated, over the noise; the same white; which count."""
+    """Residuals of one channel with the run's own inputs re-estimated, over the noise; the same white; which count.
+
+    `alike`: sum of the squares of their autocorrelation over all lags.
+    """
 
     residuals: Array
     white: Array
     used: NDArray[np.bool_]
+    alike: float
 
     def within(self, inside: NDArray[np.bool_]) -> tuple[Array, Array]:
         """Both of them in a part of the run."""
@@ -199,9 +209,11 @@ class Closed:
 
 
 def _closed(measured: MeasuredRun, behind: Prediction, name: str) -> Closed:
-    """Residuals without single readings far off, in their own colour: what noise of that colour does is no slow part.
+    """Residuals without single readings far off, over their noise, and white: what noise does is no misfit.
 
-    The colour is that of short memory (`noise.colour`), which what a model leaves hardly changes.
+    The noise may be more than what is stated, or than neighbouring readings, which are alike in it, let see: it is that
+    of its colour of short memory (`noise.colour`), which what a model leaves hardly changes, and that of most parts of
+    the run, which what the model leaves of a contact does not change.
     """
     used = measured.used(name)
     if name == "T":
@@ -210,7 +222,25 @@ def _closed(measured: MeasuredRun, behind: Prediction, name: str) -> Closed:
     residuals = np.where(used, np.nan_to_num(off), 0.0)
     used = used & ~outlying(residuals)
     residuals = np.where(used, residuals, 0.0)
-    return Closed(residuals, colour([residuals]).whitened(residuals), used)
+    noise = colour([residuals])
+    size = max(1.0, noise.deviation, _typical(residuals[used]))
+    return Closed(residuals / size, noise.whitened(residuals), used, _alike(residuals))
+
+
+def _typical(residuals: Array) -> float:
+    """Standard deviation of most parts of a run."""
+    length = len(residuals) // PARTS
+    if length < FEWEST:
+        return 0.0
+    parts = residuals[: length * PARTS].reshape(PARTS, length)
+    # The median of χ²(ν)/ν is (1 − 2/(9·ν))³ (Wilson & Hilferty, PNAS 17 (1931) 684).
+    return math.sqrt(float(np.median(np.mean(parts**2, axis=1))) / (1.0 - 2.0 / (9.0 * length)) ** 3)
+
+
+def _alike(residuals: Array) -> float:
+    """Sum of the squares of the autocorrelation over all lags (Parseval); a periodogram scatters as χ²(2)."""
+    power = np.abs(np.fft.rfft(residuals)[1:]) ** 2
+    return max(1.0, 0.5 * float(np.mean(power**2)) / max(float(np.mean(power)) ** 2, 1e-300))
 
 
 def _slow(residuals: Array, white: Array) -> float:

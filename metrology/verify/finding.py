@@ -17,8 +17,9 @@ class PhaseScore:
 
     `rms`, `nrms` (over the range of the readings of the whole run), `r_squared`, `peak_error`, `magnitude`, `phase`,
     `combined` (Sprague–Geers) of the open-loop prediction; `share`: of the readings with |E| ≤ 2·u_val; `u_val`: its
-    RMS. `closed_rms`: RMS over noise once the run's own inputs are re-estimated, `closed_excess`: what is slow in that,
-    in standard deviations of white noise. None where there is no number. `testable`: whether u_val is small enough.
+    RMS. `closed_rms`: RMS over noise once the run's own inputs are re-estimated; `closed_above`: how far its square is
+    above that of noise, `closed_excess`: what is slow in it, both in standard deviations of what noise does. None where
+    there is no number. `testable`: whether u_val is small enough.
     """
 
     channel: Annotated[str, Doc("Channel: x, v or T.")]
@@ -36,6 +37,7 @@ class PhaseScore:
     share: float | None = None
     u_val: float | None = None
     closed_rms: float | None = None
+    closed_above: float | None = None
     closed_excess: float | None = None
     testable: bool = False
 

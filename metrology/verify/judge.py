@@ -14,6 +14,10 @@ from metrology.verify.finding import PhaseScore, Verdict
 Array = NDArray[np.float64]
 
 SHARE, RATIO, EXCESS, REACH, COARSE = 0.90, 1.05, 5.0, 4.0, 0.5
+FEWEST = 5
+"""Readings below which nothing is said of residuals."""
+ESTIMATED = 0.02
+"""Relative standard uncertainty of the variance of the noise, which is estimated."""
 BLOCKS = (5, 20, 80, 320)
 """Lengths, in readings, over which residuals are averaged to find what noise cannot do."""
 
@@ -42,6 +46,24 @@ def excess(whitened: Array) -> float:
         means = whitened[: count * length].reshape(count, length).mean(axis=1)
         found.append((length * float(means @ means) - count) / math.sqrt(2.0 * count))
     return max(found)
+
+
+def above(residuals: Array, alike: float) -> float:
+    """How far the mean square of residuals of unit size is above the noise, in standard deviations of what noise does.
+
+    The variance of a mean square of n readings is 2·Σρ²/n, with ρ their autocorrelation; 2 % are for the noise itself
+    being estimated.
+
+    Parameters
+    ----------
+    residuals : ndarray, shape (n,)
+        Over the noise.
+    alike : float
+        Σρ² over all lags.
+    """
+    if len(residuals) < FEWEST:
+        return 0.0
+    return (float(np.mean(residuals**2)) - 1.0) / math.hypot(math.sqrt(2.0 * alike / len(residuals)), ESTIMATED)
 
 
 def judge(scores: Sequence[PhaseScore], own: Sequence[tuple[str, float, float]], pulls: bool) -> tuple[Verdict, str]:
@@ -93,14 +115,14 @@ def _outside(whole: Sequence[PhaseScore]) -> str:
 
 def _structured(scores: Sequence[PhaseScore]) -> str:
     def size(score: PhaseScore) -> float:
-        return max(score.closed_excess or 0.0, _significance(score))
+        return max(score.closed_excess or 0.0, score.closed_above or 0.0)
 
     bad = [score for score in scores if score.closed_rms is not None and size(score) > EXCESS]
     bad = [score for score in bad if (score.closed_excess or 0) > EXCESS or (score.closed_rms or 0) > RATIO]
     if not bad:
         return ""
     worst = max((score for score in bad if score.name != "all"), key=size, default=max(bad, key=size))
-    slow = (worst.closed_excess or 0.0) > _significance(worst)
+    slow = (worst.closed_excess or 0.0) > (worst.closed_above or 0.0)
     text = (
         "with the run's own inputs re-estimated, the residuals of {channel} in the phase '{phase}' have a slow part, "
         "{size:.0f} standard deviations more than noise does"
@@ -110,13 +132,6 @@ def _structured(scores: Sequence[PhaseScore]) -> str:
     )
     rms = worst.closed_rms or 0.0
     return said(text, channel=worst.channel, phase=worst.name, rms=rms, size=float(size(worst)))
-
-
-def _significance(score: PhaseScore) -> float:
-    """How far the mean square of the residuals is above the noise, with 2 % for the noise itself being estimated."""
-    if score.closed_rms is None or score.count < 5:
-        return 0.0
-    return (score.closed_rms**2 - 1.0) / math.hypot(math.sqrt(2.0 / score.count), 0.02)
 
 
 def _far(own: Sequence[tuple[str, float, float]]) -> str:

@@ -173,7 +173,7 @@ def test_planted_effect_that_hardly_shows_is_said_to_be_undecided():
     assert not found.is_decided
     assert "do not decide whether anything is missing" in found.sentence
     beside = with_overlays(found, [Overlay("mains", (), "Found.", 20.0)])
-    assert beside.sentence.startswith("Found in the records in addition to the decay")
+    assert beside.sentence.startswith("Found in the records in addition to the motion")
     assert "do not decide whether more is missing" in beside.sentence
 
 

@@ -68,6 +68,28 @@ def test_planted_noise_of_its_own_colour_and_single_spikes_are_validated(kind):
         assert score.closed_excess < 5
 
 
+def narrow(size, rng):
+    """Noise of unit variance, four tenths of it in a band of a hundredth of the rate."""
+    from scipy.signal import lfilter
+
+    band = lfilter([1.0], [1.0, -2 * 0.97 * np.cos(1.3), 0.97**2], rng.standard_normal(size + 400))[400:]
+    return np.sqrt(0.4) * band / band.std() + np.sqrt(0.6) * rng.standard_normal(size)
+
+
+@pytest.mark.parametrize("noise", [autoregressive, narrow])
+def test_planted_noise_that_is_more_than_neighbours_show_is_validated(noise):
+    """Of every channel; nobody states its size, and readings next to each other are alike in it."""
+    rng = np.random.default_rng(8)
+    runs = []
+    for record in campaign(truth_of("nylon"), (*SHORT, *HELD_OUT), Instruments(), SCATTER, rng):
+        run = measured(record)
+        read = {name: record.clean[name] + run.noise[name] * noise(run.readings(name).size, rng) for name in "xvT"}
+        runs.append(replace(run, noise={}, **read))
+    held = [replace(run, purpose="verification") for run in runs[2:]]
+    judged = compare(fit(stated("nylon"), runs[:2], priors=PRIORS), held, np.random.default_rng(0))
+    assert judged.verdict == "validated within u_val", judged.sentence
+
+
 def test_planted_friction_is_not_validated():
     wrong = verified(truth_of("nylon", friction=5e-3), 21)
     assert wrong.verdict == "not validated"
