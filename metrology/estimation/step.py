@@ -12,10 +12,10 @@ from scipy.ndimage import median_filter
 from scipy.optimize import minimize_scalar
 
 from metrology.estimation.measured import MeasuredRun
-from metrology.estimation.noise import estimate, resolution
+from metrology.estimation.noise import estimate
 from metrology.estimation.problem import Array, Marks
 from metrology.noise import outlying
-from metrology.timeseries import rounding_bias
+from metrology.timeseries import Channel, quantum, rounding_bias
 
 CLEAR = 5.0
 """Ln of the Bayes factor of all runs together from which on there are steps: 150 to 1, 'very strong' (Kass & Raftery,
@@ -97,7 +97,7 @@ class _Beside:
     columns: Array
     """What shifts and scales make of it."""
     bias: Array
-    """What the way from the reading before may be off, since it is read at instants and in divisions."""
+    """What the way from the reading before may be off at most, since it is read at instants and in divisions."""
     closed: Marks
     """Readings after a gap."""
     least: float
@@ -153,13 +153,16 @@ def _beside(measured: MeasuredRun) -> _Beside | None:
     fair = ~_spikes(x - integral)
     wide = np.diff(t_v)
     gaps = np.concatenate([[0], np.cumsum(wide > GAP * np.median(wide))])
-    turns = np.abs(np.convolve(np.pad(v, 1, mode="edge"), [1.0, -2.0, 1.0], mode="valid"))[at] * wide[at] / 8.0
+    turns = np.abs(np.convolve(np.pad(v, 1, mode="edge"), [1.0, -2.0, 1.0], mode="valid"))
+    turns = (
+        np.maximum(turns[at], turns[at + 1]) * wide[at] / 4.0
+    )  # what the rule of trapezia errs by at a kink, at most
     t, x, integral, speed, turns, gaps = (one[fair] for one in (t, x, integral, speed, turns, gaps[at]))
     columns = np.column_stack([t, speed, integral, integral**2, integral**3])
     of_x, of_v = estimate(x), estimate(v)
     if of_x is None or of_v is None:
         return None
-    bias = np.hypot(turns, rounding_bias(of_x.u, resolution(x)))
+    bias = np.hypot(turns, math.sqrt(12.0) * rounding_bias(of_x.u, quantum(Channel("x", t, x, "m"))))
     least = 2.0 * math.log10(max(of_v.u * float(np.median(np.diff(t))), 1e-300) / max(of_x.u, 1e-300))
     least = min(max(least, WANDERS[0]), 0.0)
     return _Beside(t, x - integral, columns, bias, np.diff(gaps, prepend=gaps[:1]) > 0, least)

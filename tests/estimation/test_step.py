@@ -8,7 +8,7 @@ from scipy.signal import lfilter
 
 from metrology.estimation import MeasuredRun
 from metrology.estimation.step import first, without
-from metrology.rig import Run
+from metrology.rig import Force, Rig, Run, simulate
 
 SIGMA_X, SIGMA_V, RATE, END = 2e-4, 1.5e-3, 100.0, 12.0
 AT, SIZE = 6.5, 8e-4
@@ -81,6 +81,17 @@ def kicked(t, x, v):
 def test_planted_other_faults_are_no_step(change):
     runs = [run("white", seed, name=str(seed), change=change) for seed in range(10)]
     assert without(runs)[1] == {}
+
+
+@pytest.mark.parametrize(("k", "digit"), [(160.0, 1e-6), (750.0, 1e-6), (5000.0, 1e-5), (2.5e4, 1e-6)])
+def test_planted_contacts_between_readings_without_noise_are_no_step(k, digit):
+    """The rule of trapezia errs at a contact, and rounding is all the noise there is."""
+    for rate in (50, 100, 500):
+        t = np.arange(12 * rate + 1) / rate
+        force = Force(np.array([0.0, 3.0]), np.array([1.2, -0.9]))
+        motion = simulate(Rig(25.0, k, 0.2 * np.sqrt(k), 1.5), Run.sampled(t, 1.45, 0.05, force=force))
+        x, v = (np.round(one / size) * size for one, size in ((motion.x, digit), (motion.v, 5 * digit)))
+        assert first(MeasuredRun("a", Run(1.45, 0.05, t_x=t, t_v=t), x=x, v=v)) is None
 
 
 def test_law_positions_after_a_step_are_left_out_in_every_run_that_has_one():
