@@ -251,7 +251,7 @@ def _contradictions(parameters: Sequence[Estimated], spread: Covariance) -> list
 def _misfit(spread: Covariance) -> list[str]:
     return [
         said(
-            "{run}, {channel}: residuals are {ratio:.2f} times the noise, and correlated over {length:.0f} readings: "
+            "{run}, {channel}: residuals are {ratio:.2f} times the noise, and correlated over {length:.1f} readings: "
             "uncertainties are widened, which does not cover a bias of the model",
             run=entry.block,
             channel=entry.channel,
