@@ -52,6 +52,11 @@ def without(runs: Sequence[MeasuredRun]) -> tuple[tuple[MeasuredRun, ...], Mappi
     ----------
     runs : sequence of MeasuredRun
         Read by the same sensors.
+
+    Returns
+    -------
+    tuple of MeasuredRun and mapping of str to Step
+        The same runs and nothing where there is no step.
     """
     found = {run.name: step for run in runs if (step := first(run)) is not None}
     if sum(step.log_bayes for step in found.values()) < CLEAR:
@@ -77,6 +82,11 @@ def first(measured: MeasuredRun) -> Step | None:
     ----------
     measured : MeasuredRun
         A run; without a position and a velocity there is nothing to be seen.
+
+    Returns
+    -------
+    Step or None
+        With a Bayes factor of more than 1.
     """
     if not {"x", "v"} <= {*measured.channels}:
         return None

@@ -67,7 +67,18 @@ SILENT: dict[str, float] = {
 
 
 def turned_unit(unit: str) -> str:
-    """Return the unit of the same quantity where x is an angle."""
+    """Return the unit of the same quantity where x is an angle.
+
+    Parameters
+    ----------
+    unit : str
+        SI unit of a rig that moves along a line.
+
+    Returns
+    -------
+    str
+        SI unit, written out.
+    """
     return _TURNED.get(unit, unit)
 
 
