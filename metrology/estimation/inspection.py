@@ -127,7 +127,7 @@ def _position_sign(rig: Rig, measured: MeasuredRun) -> list[Fault]:
     rest = float(np.median(x[before])) if before.sum() > 3 else run.x0
     drift = run.v0 * (t[inside] - start)
     # A single reading that is far off says nothing of a motion: the median of five neighbours.
-    moved = median_filter(x[inside] - rest - drift, 5, mode="nearest") * math.copysign(1.0, thrust)
+    moved = median_filter(x[inside] - rest - drift, 5, mode="mirror") * math.copysign(1.0, thrust)
     noise = measured.noise["x"]
     # The first clear departure decides: later the line pulls back.
     clear = np.flatnonzero(np.abs(moved) > max(25 * noise, 1e-3))

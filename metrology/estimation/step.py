@@ -180,7 +180,7 @@ def _beside(measured: MeasuredRun) -> _Beside | None:
 
 def _spikes(values: Array) -> Marks:
     """Single readings far off among their neighbours."""
-    off = values - median_filter(values, BESIDE, mode="nearest")
+    off = values - median_filter(values, BESIDE, mode="mirror")
     return outlying(off / max(1.4826 * float(np.median(np.abs(off))), 1e-300))
 
 

@@ -206,10 +206,13 @@ def test_refusal_wrong_sign(change, message):
     assert told[0].startswith(message)
 
 
-def test_limit_one_reading_far_off_is_no_motion_against_the_thrust():
+@pytest.mark.parametrize("later", [0, 5])
+def test_limit_one_reading_far_off_is_no_motion_against_the_thrust(later):
+    """Nor the first one under thrust."""
     run = runs_of(truth_of("nylon"), 1, tests=SHORT[:1])[0]
+    begins = max(run.run.force.t[np.flatnonzero(run.run.force.values)[0]], run.run.held_until or 0.0)
     x = run.x.copy()
-    x[np.searchsorted(run.stamps("x"), 1.1)] -= 0.02
+    x[np.searchsorted(run.stamps("x"), begins) + later] -= 0.02
     assert faults(stated("nylon"), [MeasuredRun(run.name, run.run, x=x, v=run.v, T=run.T)]) == []
 
 
