@@ -59,8 +59,10 @@ def response(
     # Both before anything is fitted: which of them were there would else change the last digits.
     for base in (False, True):
         engines.compiled(base)
-    single = [inspection.without_repeats(inspection.without_saturation(run)[0]) for run in runs]
-    cleaned, steps = step.without([run for run, _ in single])
+    unsaturated = [inspection.without_saturation(run)[0] for run in runs]
+    stepless, steps = step.without(rig, unsaturated, free, priors)
+    single = [inspection.without_repeats(run) for run in stepless]
+    cleaned = tuple(run for run, _ in single)
     repeated = sum(count for _, count in single)
     subject = Response(
         rig, cleaned, tuple(free), tuple(priors), settings.sample, dict(settings.start), workers=settings.workers

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,10 +11,14 @@ from scipy.linalg import cholesky_banded, solveh_banded
 from scipy.ndimage import median_filter
 from scipy.optimize import minimize_scalar
 
+from metrology.estimation.fit import Settings, fit
 from metrology.estimation.measured import MeasuredRun
 from metrology.estimation.noise import estimate
+from metrology.estimation.priors import Prior
 from metrology.estimation.problem import Array, Marks
-from metrology.noise import outlying
+from metrology.estimation.response import motion, values_of
+from metrology.noise import colour, outlying
+from metrology.rig import Rig
 from metrology.timeseries import Channel, quantum, rounding_bias
 
 CLEAR = 5.0
@@ -43,15 +47,24 @@ class Step:
     log_bayes: float
 
 
-def without(runs: Sequence[MeasuredRun]) -> tuple[tuple[MeasuredRun, ...], Mapping[str, Step]]:
+def without(
+    rig: Rig, runs: Sequence[MeasuredRun], free: Sequence[str], priors: Sequence[Prior]
+) -> tuple[tuple[MeasuredRun, ...], Mapping[str, Step]]:
     """Return the runs without the positions after a step, and the first step of each run that has one.
 
-    Where zero was before a run is stated; where it is after a step nobody knows.
+    Where zero was before a run is stated; where it is after a step nobody knows. A sensor that is known to step is
+    looked at in every run beside the fitted model, too, which shows what the noise of the velocity hides.
 
     Parameters
     ----------
+    rig : Rig
+        As stated.
     runs : sequence of MeasuredRun
         Read by the same sensors.
+    free : sequence of str
+        Parameters of which nothing is known.
+    priors : sequence of Prior
+        What is known within an uncertainty.
 
     Returns
     -------
@@ -61,7 +74,56 @@ def without(runs: Sequence[MeasuredRun]) -> tuple[tuple[MeasuredRun, ...], Mappi
     found = {run.name: step for run in runs if (step := first(run)) is not None}
     if sum(step.log_bayes for step in found.values()) < CLEAR:
         return tuple(runs), {}
-    return tuple(_until(run, found[run.name].time) if run.name in found else run for run in runs), found
+    cleaned = tuple(_until(run, found[run.name].time) if run.name in found else run for run in runs)
+    while more := _beside_model(rig, cleaned, free, priors, found):
+        found |= more
+        cleaned = tuple(_until(run, more[run.name].time) if run.name in more else run for run in cleaned)
+    return cleaned, found
+
+
+def _beside_model(
+    rig: Rig, runs: Sequence[MeasuredRun], free: Sequence[str], priors: Sequence[Prior], known: Container[str]
+) -> dict[str, Step]:
+    """Steps in what the fitted model leaves of the positions, of the runs of which none is known."""
+    if all(run.name in known for run in runs):
+        return {}
+    every = [replace(run, purpose="identification") for run in runs]
+    fitted = fit(rig, every, free=free, priors=priors, settings=Settings(profile=False))
+    if fitted.status != "ok":
+        return {}
+    found = {}
+    for at, run in enumerate(every):
+        if run.name in known or "x" not in run.channels:
+            continue
+        moved = motion(rig, run.run, values_of(fitted.layout, at, fitted.theta))
+        step = None if moved is None or moved.x is None else _in_residuals(run, run.readings("x") - moved.x)
+        if step is not None:
+            found[run.name] = step
+    return found
+
+
+def _in_residuals(measured: MeasuredRun, residual: Array) -> Step | None:
+    """Return the step with the most evidence in residuals of the position, beside noise of their colour."""
+    used = measured.used("x")
+    t, x, r = measured.stamps("x")[used], measured.readings("x")[used], residual[used]
+    if len(r) < LEAST:
+        return None
+    fair = ~_spikes(r)
+    t, x, r = t[fair], x[fair], r[fair] - r[fair].mean()
+    noise = colour([r])
+    after, count = np.cumsum(r[::-1])[::-1], np.arange(len(r), 0.0, -1.0)
+    left = count * (1.0 - count / len(r))
+    open_ = (count > FEWEST) & (count < len(r) - FEWEST)
+    gains = np.where(open_, after**2 / np.where(open_, left, 1.0), 0.0)
+    at = int(np.argmax(gains))
+    size, u = float(after[at] / left[at]), 1.0 / abs(float(noise.filter.sum())) / math.sqrt(float(left[at]))
+    log_bayes = 0.5 * size**2 / (u**2 + _rounding(t, x, noise.deviation) ** 2) - 1.5 * math.log(len(r))
+    return Step(float(t[at]), size, u, log_bayes) if log_bayes > CLEAR else None
+
+
+def _rounding(t: Array, x: Array, noise: float) -> float:
+    """What rounding may move the mean of the readings at rest by at most."""
+    return math.sqrt(12.0) * rounding_bias(noise, quantum(Channel("x", t, x, "m")))
 
 
 def _until(measured: MeasuredRun, time: float) -> MeasuredRun:
@@ -172,7 +234,7 @@ def _beside(measured: MeasuredRun) -> _Beside | None:
     of_x, of_v = estimate(x), estimate(v)
     if of_x is None or of_v is None:
         return None
-    bias = np.hypot(turns, math.sqrt(12.0) * rounding_bias(of_x.u, quantum(Channel("x", t, x, "m"))))
+    bias = np.hypot(turns, _rounding(t, x, of_x.u))
     least = 2.0 * math.log10(max(of_v.u * float(np.median(np.diff(t))), 1e-300) / max(of_x.u, 1e-300))
     least = min(max(least, WANDERS[0]), 0.0)
     return _Beside(t, x - integral, columns, bias, np.diff(gaps, prepend=gaps[:1]) > 0, least)

@@ -163,7 +163,8 @@ def _channels(run: MeasuredRun) -> Iterator[tuple[str, Channel]]:
 def _readable(test: ResponseTest) -> tuple[ResponseTest, tuple[str, ...]]:
     """Return the test without what a saturated cell or a stepping position gave, and what was left out."""
     cleaned = [without_saturation(run) for run in test.runs]
-    runs, steps = step.without([run for run, _ in cleaned])
+    priors = (*test.priors, *given_priors(test))
+    runs, steps = step.without(test.rig, [run for run, _ in cleaned], test.free, priors)
     text = (
         "{run}: x steps by {size:.3g} m{unit} at {time:.4g} s, and v shows no such motion; x is left out from then on"
     )

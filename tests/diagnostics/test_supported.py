@@ -148,15 +148,20 @@ def test_planted_even_stiffness_moves_the_mean_of_the_motion_and_needs_no_drift(
     assert abs(k.value - true) < 2.5 * k.u
 
 
-@pytest.mark.parametrize("at", [0, pytest.param(1, marks=pytest.mark.long)])
-def test_planted_jump_of_a_sensor_is_named_and_moves_no_stiffness(at: int, tmp_path: Path):
-    """Slip, relaxation and an appendage followed it with all the evidence there is: k was (0 ± 160) N/m.
-
-    In the second campaign the noise of the velocity is coloured, and three of six jumps remain under it.
-    """
-    found, k, true = result("unlisted", "hop", tmp_path, "response", 84, at=at)
-    assert (found.verdict, found.named) == ("unexplained" if at else "explained", ("hop",))
+def test_planted_jump_of_a_sensor_is_named_and_moves_no_stiffness(tmp_path: Path):
+    """It is seen beside the velocity, before any fit."""
+    found, k, true = result("unlisted", "hop", tmp_path, "response", 84)
+    assert (found.verdict, found.named) == ("explained", ("hop",))
     assert abs(k.value - true) < 2.5 * k.u < 0.01 * true
+
+
+@pytest.mark.long
+def test_planted_jump_under_coarse_velocities_leaves_k_where_the_runs_left_out_say(tmp_path: Path):
+    """Slip, relaxation and an appendage followed it with all the evidence there is: k was (0 ± 160) N/m."""
+    found, k, true = result("unlisted", "hop", tmp_path, "response", 84, at=1)
+    assert (found.verdict, found.named, found.gain) == ("unexplained", (), {})
+    assert any("left out" in one for one in found.failures)
+    assert abs(k.value - true) < 3 * k.u < 0.02 * true
 
 
 def test_limit_blocks_that_no_model_predicts_have_no_gain():
