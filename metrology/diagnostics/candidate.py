@@ -10,6 +10,7 @@ from typing import Any, Literal
 from metrology.coordinate import QUANTITIES
 from metrology.effect import Cause, Effect, Parameter, Size
 from metrology.effects import causes
+from metrology.message import said
 from metrology.rig.parameters import turned_unit
 
 
@@ -119,6 +120,16 @@ def table(method: str) -> dict[str, Candidate]:
 
 RESPONSE, ELONGATION, DECAY = table("response"), table("elongation"), table("decay")
 TENSION = table("tension")
+
+
+def untested(candidates: Mapping[str, Candidate]) -> dict[str, str]:
+    """Causes that the readings of their method cannot test, by name: why, and what would."""
+    return {
+        name: said("{why}. Needed: {needed}", why=one.cause.alone, needed=one.separate)
+        for name, one in candidates.items()
+        if one.cause.alone
+    }
+
 
 # ---- where x is an angle --------------------------------------------------------------------------------------------
 _TURNED = {

@@ -14,7 +14,7 @@ from metrology.decay.envelope import rates, suggested
 from metrology.decay.separation import Separated
 from metrology.diagnosis import Diagnosis, Missing, Picture
 from metrology.diagnostics.candidate import DECAY as TABLE
-from metrology.diagnostics.candidate import Candidate
+from metrology.diagnostics.candidate import Candidate, untested
 from metrology.diagnostics.decay_laws import unlisted
 from metrology.diagnostics.engine import rank
 from metrology.diagnostics.overlays import hops, lines, slow, sought_apart, with_overlays
@@ -226,11 +226,7 @@ class Decay:
         )
         blocks = tuple(Readings(one.name, "x", one.y, one.u, _phases(one.t)) for one in self.records)
         own = tuple(self._own(one) for one in self.records)
-        reasons: dict[str, str] = {
-            name: said("{why}. Needed: {needed}", why=one.cause.alone, needed=one.separate)
-            for name, one in TABLE.items()
-            if one.cause.alone
-        }
+        reasons = untested(TABLE)
         if self.test.coordinate == "position":
             reasons["pendulum"] = said("the records are of a position; a pendulum is recorded as an angle")
         else:

@@ -10,7 +10,7 @@ import numpy as np
 
 from metrology import effect
 from metrology.diagnosis import Diagnosis, Missing, Picture
-from metrology.diagnostics.candidate import ELONGATION, Candidate
+from metrology.diagnostics.candidate import ELONGATION, Candidate, untested
 from metrology.diagnostics.engine import rank
 from metrology.diagnostics.laws import hats
 from metrology.diagnostics.own import added, declared
@@ -160,11 +160,7 @@ class Elongation:
 
     def reasons(self) -> dict[str, str]:
         """Candidates that these readings cannot test."""
-        found: dict[str, str] = {
-            name: said("{why}. Needed: {needed}", why=one.cause.alone, needed=one.separate)
-            for name, one in self.candidates.items()
-            if one.cause.alone
-        }
+        found = untested(self.candidates)
         lacking: dict[str, str] = {}
         if not 0 < self.back.mean() < 1:
             lacking["unloading"] = said("loads were reached from one side only")

@@ -22,8 +22,10 @@ from metrology.diagnostics.verdict import EITHER, followed
 from metrology.message import said
 
 if TYPE_CHECKING:
+    from metrology.decay.hop import Hop
     from metrology.diagnostics.decay import Decay
     from metrology.diagnostics.release import Line, Record
+    from metrology.estimation.step import Step
 
 MOST = 690.0
 """Ln of the largest Bayes factor that is given, as of the causes that were fitted."""
@@ -98,10 +100,7 @@ def hops(prepared: Decay) -> Iterator[Overlay]:
     found = [(record.name, hop) for record, parted in zip(test.records, test.separated, strict=True)
              if isinstance(parted, Separated) for hop in parted.hops]  # fmt: skip
     if found:
-        largest = max((hop for _, hop in found), key=lambda one: abs(one.size))
-        wide = NORMAL_95 * largest.u
-        ends = (largest.size - wide, largest.size + wide) if math.isfinite(wide) else (None, None)
-        values = (Value("hop", largest.size, largest.u, prepared.unit, *ends),)
+        values = (largest_step([hop for _, hop in found], prepared.unit),)
         text = "{size:.3g} µ{unit} at {time:.4g} s in {record}"
         words = tuple(
             said(text, size=float(1e6 * hop.size), unit=prepared.unit, time=float(hop.time), record=name)
@@ -109,6 +108,14 @@ def hops(prepared: Decay) -> Iterator[Overlay]:
         )
         evidence = sum(hop.log_bayes for _, hop in found)
         yield Overlay("hop", values, said("Found and taken out before the fit: {hops}.", hops=words), evidence)
+
+
+def largest_step(steps: Sequence[Hop | Step], unit: str) -> Value:
+    """Size of the largest step of a reading, with its 95 % interval where its u is known."""
+    largest = max(steps, key=lambda one: abs(one.size))
+    wide = NORMAL_95 * largest.u
+    ends = (largest.size - wide, largest.size + wide) if math.isfinite(wide) else (None, None)
+    return Value("hop", largest.size, largest.u, unit, *ends)
 
 
 def _of_line(record: Record, line: Line) -> float:

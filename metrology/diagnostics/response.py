@@ -7,11 +7,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from metrology.diagnosis import Diagnosis, Value
+from metrology.diagnosis import Diagnosis
 from metrology.diagnostics.candidate import turned_table
 from metrology.diagnostics.engine import BUDGET, rank
-from metrology.diagnostics.intervals import NORMAL_95
-from metrology.diagnostics.overlays import Overlay, sought_apart, with_overlays
+from metrology.diagnostics.overlays import Overlay, largest_step, sought_apart, with_overlays
 from metrology.diagnostics.own import declared
 from metrology.diagnostics.runs import Response
 from metrology.diagnostics.subject import LOST, Fit
@@ -124,9 +123,7 @@ def _stepped(steps: Mapping[str, Step], unit: str) -> list[Overlay]:
     """Steps of the position that no velocity shows, by run."""
     if not steps:
         return []
-    largest = max(steps.values(), key=lambda one: abs(one.size))
-    wide = NORMAL_95 * largest.u
-    value = Value("hop", largest.size, largest.u, unit, largest.size - wide, largest.size + wide)
+    value = largest_step(list(steps.values()), unit)
     places = tuple(
         said(
             "{size:.3g} m{unit} at {time:.4g} s in {record}", size=1e3 * one.size, unit=unit, time=one.time, record=name

@@ -13,7 +13,7 @@ import numpy as np
 from metrology.coordinate import QUANTITIES
 from metrology.diagnosis import Missing, Picture
 from metrology.diagnostics import flexible, settling
-from metrology.diagnostics.candidate import RESPONSE, Candidate
+from metrology.diagnostics.candidate import RESPONSE, Candidate, untested
 from metrology.diagnostics.following import followed
 from metrology.diagnostics.force import missing_force
 from metrology.diagnostics.pictures import of_response
@@ -397,12 +397,7 @@ class Response:
             lacking["both ways"] = said(text)
         if not self.rig.length > 0:
             lacking["length"] = said("the free length of the line is not stated")
-        found = {
-            name: said("{why}. Needed: {needed}", why=one.cause.alone, needed=one.separate)
-            for name, one in self.candidates.items()
-            if one.cause.alone
-        }
-        return found | {
+        return untested(self.candidates) | {
             name: lacking[need] for name, one in self.candidates.items() for need in one.cause.needs if need in lacking
         }
 

@@ -84,7 +84,7 @@ def without(
 def _beside_model(
     rig: Rig, runs: Sequence[MeasuredRun], free: Sequence[str], priors: Sequence[Prior], known: Container[str]
 ) -> dict[str, Step]:
-    """Steps in what the fitted model leaves of the positions, of the runs of which none is known."""
+    """Steps in the residuals of the position, with the fitted model, of the runs in which none is known."""
     if all(run.name in known for run in runs):
         return {}
     every = [replace(run, purpose="identification") for run in runs]

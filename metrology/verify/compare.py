@@ -212,8 +212,8 @@ def _closed(measured: MeasuredRun, behind: Prediction, name: str) -> Closed:
     """Residuals without single readings far off, over their noise, and white: what noise does is no misfit.
 
     The noise may be more than what is stated, or than neighbouring readings, which are alike in it, let see: it is that
-    of its colour of short memory (`noise.colour`), which what a model leaves hardly changes, and that of most parts of
-    the run, which what the model leaves of a contact does not change.
+    of its colour of short memory (`noise.colour`), which systematic residuals hardly change, and that of most parts of
+    the run, which systematic residuals at a contact do not change.
     """
     used = measured.used(name)
     if name == "T":
