@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 
 from metrology.diagnosis import Source, Supported
+from metrology.diagnostics.bounds import within
 from metrology.diagnostics.judgement import LIKELY, Judged
 from metrology.diagnostics.likelihood import RANK, Noise, spread_out
 from metrology.diagnostics.sets import NEGLIGIBLE
@@ -42,6 +43,11 @@ class Parts:
     readings: Array
     priors: dict[tuple[str, Shared], Array]
     law: Array | float = 0.0
+
+    def first(self, count: int) -> Parts:
+        """Return those of the first unknowns."""
+        priors = {key: columns[:count] for key, columns in self.priors.items()}
+        return Parts(self.values[:count], self.readings[:count, :count], priors)
 
     @property
     def total(self) -> Array:
@@ -108,19 +114,42 @@ def _level(fit: Fit, floor: float) -> Noise:
 
 
 def _parts(fit: Fit, names: Sequence[str], start: Array, noise: Noise) -> Parts:
-    """Values and covariance of named unknowns; `start` where the fit does not seek one."""
+    """Values and covariance of named unknowns between their bounds; `start` where the fit does not seek one."""
     unknowns = fit.problem.unknowns
-    places = [fit.index(name) for name in names]
+    # What effects of this fit are bounded to counts for the others, named or not.
+    every = dict.fromkeys((*names, *(entry.name for entry in unknowns if "@" not in entry.name)))
+    places = [fit.index(name) for name in every]
     pick = np.array([[float(at == place) for at in range(len(unknowns))] for place in places])
     bread = fit.covariance
-    values = np.array([value if at is None else fit.theta[at] for at, value in zip(places, start, strict=True)])
+    known = [*start.tolist(), *(math.nan for _ in places[len(names) :])]
+    values = np.array([value if at is None else fit.theta[at] for at, value in zip(places, known, strict=True)])
     priors: dict[tuple[str, Shared], list[Array]] = {}
     for at, entry in enumerate(unknowns):
         if entry.u is not None and entry.u > 0:
             name, own, _ = entry.name.partition("@")
             priors.setdefault((name, "per run" if own else "common"), []).append(pick @ bread[:, at] / entry.u)
-    columns = {key: np.column_stack(every) for key, every in priors.items()}
-    return Parts(values, _by_readings(fit, noise, bread @ pick.T), columns)
+    columns = {key: np.column_stack(own) for key, own in priors.items()}
+    whole = Parts(values, _by_readings(fit, noise, bread @ pick.T), columns)
+    low, high = (np.array([free if at is None else getattr(unknowns[at], side) for at in places])
+                 for side, free in (("low", -math.inf), ("high", math.inf)))  # fmt: skip
+    return _bounded(whole, low, high).first(len(names))
+
+
+def _bounded(model: Parts, low: Array, high: Array) -> Parts:
+    """Parts of a model whose unknowns lie between bounds: a size at its null leaves the rest of the model as it is.
+
+    What the bounds leave open is counted with the readings.
+    """
+    total = model.total
+    sites = within(model.values, total, low, high)
+    if not sites.precision.any():
+        return model
+    gain = sites.gain(total)
+    inside = gain @ total
+    own = inside * np.sqrt(sites.precision)
+    moved = np.where(sites.precision > 0, sites.shift - sites.precision * model.values, 0.0)
+    priors = {key: gain @ columns for key, columns in model.priors.items()}
+    return Parts(model.values + inside @ moved, gain @ model.readings @ gain.T + own @ own.T, priors)
 
 
 def _with_laws(judged: Judged, names: Sequence[str], found: Sequence[tuple[Parts, float]]) -> list[tuple[Parts, float]]:

@@ -74,6 +74,14 @@ def test_planted_loss_with_a_power_of_the_speed_leaves_c_within_its_interval(tmp
     assert c.u < 0.05 * c.value
 
 
+def test_planted_slip_is_named_beside_what_is_at_its_null(tmp_path: Path):
+    """A saturation of no size, from any load on, is one of the models: its u(k) of 100 k was that of the mean."""
+    found, k, true = result("one large", "slip", tmp_path, seed=94)
+    assert "slip" in found.named
+    assert abs(k.value - true) < 2.5 * k.u
+    assert k.u < 0.05 * k.value
+
+
 @pytest.mark.long
 def test_planted_mass_is_named_beside_relaxation(tmp_path: Path):
     """The straight line promises that three inputs do as well in place of the relaxation; no fit of them does."""
