@@ -53,7 +53,7 @@ def within(mean: Array, covariance: Array, low: Array, high: Array) -> Within:
     """
     sites = Within(np.zeros(len(mean)), np.zeros(len(mean)))
     u = np.sqrt(np.diag(covariance))
-    near = np.flatnonzero((u > 0) & ((mean - low < FAR * u) | (high - mean < FAR * u)))
+    near = np.flatnonzero((u > 0) & ((mean - low < FAR * u) | (high - mean < FAR * u))).tolist()
     here, spread = mean, covariance
     for _ in range(SWEEPS if len(near) else 0):
         before = np.diag(spread)[near]
