@@ -15,9 +15,9 @@ SECONDS_EACH ?= 120
 MUTANTS ?= 400
 # Share of the tests that are marked long (`.ci/run` takes them all, LONG=1); of the numerical ones, and of the long ones
 # among them, under other arithmetics.
-LONG ?= 0.4
+LONG ?= 0.05
 PART ?= 0.05
-PART_LONG ?= 0.1
+PART_LONG ?= 0.02
 PART_SEED ?= 1
 KERNEL_PART ?= 1
 KERNEL_LONG ?= 1

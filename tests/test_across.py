@@ -115,6 +115,7 @@ def test_closed_form_a_certificate_that_two_tests_share_stays_in_the_consensus(t
     assert all(abs(one.en) < 1.5 for one in k.members)
 
 
+@pytest.mark.long
 def test_planted_wrong_test_is_named_and_nothing_is_corrected(tmp_path):
     tests = {name: (method, "wire", K) for name, method in METHODS.items()}
     tests |= {"late": ("elongation", "wire", 1.06 * K)}
@@ -133,6 +134,7 @@ def test_planted_wrong_test_is_named_and_nothing_is_corrected(tmp_path):
     assert from_json(to_json(findings)) == findings
 
 
+@pytest.mark.long
 def test_planted_compliance_of_the_frame_that_bears_three_wires(tmp_path):
     compliance = 4e-6
     tests = {}
@@ -150,6 +152,7 @@ def test_planted_compliance_of_the_frame_that_bears_three_wires(tmp_path):
     assert not any("pull" in each.title for each in one.candidates if each.kind == "set-up")
 
 
+@pytest.mark.long
 def test_planted_rate_between_static_and_dynamic_explains_all_tests_at_once(tmp_path):
     """K ∝ t^(−0.01) from a minute under dead loads to 1/ω of two free decays."""
     times = {"dead": 60.0, "pull": 29.9, "swing-heavy": (truth.HEAVY / K) ** 0.5, "swing": (truth.MASS / K) ** 0.5}
@@ -162,6 +165,7 @@ def test_planted_rate_between_static_and_dynamic_explains_all_tests_at_once(tmp_
     assert not of(findings).consistent
 
 
+@pytest.mark.long
 def test_planted_section_that_was_damaged_between_two_days_explains_all_tests_at_once(tmp_path):
     """Each method measures the wire before and after it lost 5 % of its section."""
     days = {"early": "2026-01-05", "late": "2026-02-09"}
@@ -182,6 +186,7 @@ def test_planted_section_that_was_damaged_between_two_days_explains_all_tests_at
     assert all(f"{name}-late" in best.title for name in METHODS)
 
 
+@pytest.mark.long
 def test_limit_a_section_that_is_damaged_in_all_tests_leaves_k_consistent(tmp_path):
     """Nothing parts the tests then: k of all agrees, and E is too small by the part that was lost, in all alike."""
     findings = found(tmp_path, {name: (method, "wire", 0.9 * K) for name, method in METHODS.items()})
@@ -192,6 +197,7 @@ def test_limit_a_section_that_is_damaged_in_all_tests_leaves_k_consistent(tmp_pa
     assert of(findings, "E").value == pytest.approx(0.9 * sound, rel=0.02)
 
 
+@pytest.mark.long
 def test_limit_two_methods_that_differ_cannot_decide(tmp_path):
     findings = found(tmp_path, {"dead": ("elongation", "wire", 0.95 * K), "swing": ("decay", "wire", K)})
     (one,) = findings.disagreements
@@ -201,6 +207,7 @@ def test_limit_two_methods_that_differ_cannot_decide(tmp_path):
     assert (k.dof, k.consistent) == (1, False)
 
 
+@pytest.mark.long
 def test_law_a_result_past_a_failed_check_is_listed_and_does_not_count(tmp_path):
     tests = {name: (method, "wire", K) for name, method in METHODS.items()}
     path = truth.campaign(tmp_path, tests, 2)
@@ -215,6 +222,7 @@ def test_law_a_result_past_a_failed_check_is_listed_and_does_not_count(tmp_path)
     assert [one.weight is not None for one in k.members] == [False, True, True]
 
 
+@pytest.mark.long
 def test_law_k_of_another_length_is_another_quantity(tmp_path):
     tests = {name: (method, "wire", K) for name, method in METHODS.items()}
     cut = "{s: {readings: pull.csv, length: 1.000(1) m}}"

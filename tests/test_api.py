@@ -94,6 +94,7 @@ def test_law_the_stub_names_what_the_package_has():
     assert {*homes, "__version__"} == set(stated)
 
 
+@pytest.mark.long
 def test_law_functions_keep_their_names_when_their_packages_are_loaded():
     code = (
         "import metrology, metrology.chain, metrology.diagnostics, metrology.estimation\n"

@@ -57,11 +57,13 @@ CONTAINERS = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("container", CONTAINERS)
 def test_twice_every_container_gives_the_same_numbers(container, of_arrays):
     assert numbers(swing(CONTAINERS[container])) == of_arrays
 
 
+@pytest.mark.long
 def test_twice_files_give_what_arrays_give(tmp_path):
     """A loaded campaign of CSV files, written by NumPy and pandas, against the dictionary with arrays."""
     stated = {

@@ -73,6 +73,7 @@ def test_an_interval_that_is_too_narrow_is_told() -> None:
     assert not [one for one in chain.evaluate(campaign, coverage=False).warnings if "too narrow" in one]
 
 
+@pytest.mark.long
 def test_annex_states_it(tmp_path: Path) -> None:
     folder = REFERENCE / "gum-h3-thermometer"
     assert main(["report", str(folder), "--output", str(tmp_path), "--part", "annex"]) == 0

@@ -42,6 +42,7 @@ def summary():
     return load(FOLDER / "summary" / "campaign.yaml")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", NAMES)
 def test_reference_every_campaign_loads_and_says_that_it_is_reconstructed(name):
     campaign = load(FOLDER / name / "campaign.yaml")
@@ -50,6 +51,7 @@ def test_reference_every_campaign_loads_and_says_that_it_is_reconstructed(name):
     assert (FOLDER / name / "campaign.yaml").read_text(encoding="utf-8").startswith("# yaml-language-server: $schema=")
 
 
+@pytest.mark.long
 def test_reference_report_numbers_are_unique():
     numbers = [load(FOLDER / name / "campaign.yaml").report.number for name in NAMES]
     assert len(set(numbers)) == len(NAMES)

@@ -304,6 +304,7 @@ def test_planted_nothing_raises_no_alarm_in_many_tests():
     assert sum(alarms) <= 3
 
 
+@pytest.mark.long
 def test_law_scatter_between_releases_is_counted_once():
     generator = np.random.default_rng(8)
     _, found = next(campaigns(1, 5, generator, scatter=0.02))

@@ -65,6 +65,7 @@ def stuck(
     return DecayTest("d", tuple(records), Input("d.mass", M, unit="kg"), "k"), force
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("seed", "halves", "more"),
     [

@@ -365,6 +365,7 @@ def test_closed_form_means_of_which_one_scatters() -> None:
     np.testing.assert_allclose(np.diag(scatter), [120.0 / 3, 4.0 / 3])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("count", [3, 5])
 @pytest.mark.parametrize("between", [0.0, 1.0, 2.0, 10.0])
 def test_planted_interval_of_a_mean_holds_it_however_releases_differ(count: int, between: float) -> None:

@@ -268,6 +268,7 @@ def returning(zeta, sigma, rng):
     return Channel("r", t, x + sigma * rng.standard_normal(t.size), "m")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("sigma", [2e-6, 1e-5])
 @pytest.mark.parametrize("zeta", [1.0, 1.1, 1.3])
 def test_misuse_a_motion_that_returns_without_an_oscillation_is_refused_for_that_reason(zeta, sigma):

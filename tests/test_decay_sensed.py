@@ -72,11 +72,13 @@ def test_planted_effect_is_named_with_its_size_whatever_the_sensor_shows(order, 
         assert abs(found.supported.values[at] - true) < 4 * found.supported.u[at], name
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("order", [1, 2])
 def test_planted_nothing_finds_nothing_whatever_the_sensor_shows(order):
     assert diagnosed(case(order), rng=np.random.default_rng(0)).verdict == "nothing missing"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("order", [1, 2])
 def test_twice_friction_by_the_envelope_is_in_newtons_whatever_the_sensor_shows(order):
     shape = analyse(case(order, friction=0.02)).finding.shape
@@ -85,6 +87,7 @@ def test_twice_friction_by_the_envelope_is_in_newtons_whatever_the_sensor_shows(
     assert drag.quadratic == pytest.approx(30.0, rel=0.02)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("bent", [0.0, 0.1])
 @pytest.mark.parametrize("order", [0, 1, 2])
 def test_limit_a_small_force_along_the_motion_changes_the_readings_as_the_rig_does(order, bent):
@@ -128,6 +131,7 @@ def written(folder, order, instruments="{velocity: eye}", heading="velocity / de
     return load(folder / "campaign.yaml")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("order", "quantity"), [(1, "velocity"), (2, "acceleration")])
 def test_planted_campaign_of_a_body_that_turns(order, quantity, tmp_path):
     heading = f"{quantity} / {('deg', 'deg/s', 'deg/s^2')[order]}"

@@ -519,6 +519,7 @@ def test_closed_form_sandwich_written_out() -> None:
     np.testing.assert_allclose(empty[1], 0.0)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("memory", "false", "seen"), [(0.0, 0, 19), (0.9, 6, 10)])
 def test_noise_with_a_memory_is_no_step_of_the_reading(memory: float, false: int, seen: int) -> None:
     """Ten periods: with the noise of the readings and of what is slow alone, 14 of 60 records had a step at 0.9."""

@@ -10,6 +10,8 @@ from collections.abc import Iterator
 from importlib.metadata import packages_distributions
 from pathlib import Path
 
+import pytest
+
 import metrology
 
 ROOT = Path(__file__).parents[1]
@@ -59,6 +61,7 @@ def declared() -> set[str]:
     return {canonical(one) for group in groups for one in group}
 
 
+@pytest.mark.long
 def test_twice_what_is_declared_is_imported_and_what_is_imported_is_declared() -> None:
     assert not names() - packages_distributions().keys(), "imported, and not installed"
     needed = {BROUGHT.get(name, name) for name in imported()}
@@ -66,6 +69,7 @@ def test_twice_what_is_declared_is_imported_and_what_is_imported_is_declared() -
     assert needed - declared() == set(), "imported, and declared nowhere"
 
 
+@pytest.mark.long
 def test_law_every_package_that_is_brought_is_imported() -> None:
     assert BROUGHT.keys() <= imported()
 

@@ -130,6 +130,7 @@ def test_planted_nothing_finds_nothing_and_takes_an_older_extension_away(tmp_pat
     assert not stale.exists()
 
 
+@pytest.mark.long
 def test_refusal_of_a_diagnosis_is_a_sentence_beside_whole_results(tmp_path, capsys):
     path = response_campaign(tmp_path, 1, tests=SHORT, further="diagnosis: {off: true}\n")
     assert main(["diagnose", str(path), "--output", str(tmp_path)]) == 0
@@ -156,6 +157,7 @@ DECAY = """\
 """
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("rig", "named"), [(CLEAN, ()), (replace(CLEAN, dry=2e-2), ("friction",))])
 def test_planted_friction_of_a_decay_is_named(rig, named, tmp_path):
     rng = np.random.default_rng(3)
@@ -179,6 +181,7 @@ ELONGATION = """\
 """
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("misread", "named"), [(0.0, ()), (0.04, ("misread",))])
 def test_planted_misreading_of_an_elongation_is_named(misread, named, tmp_path):
     rng = np.random.default_rng(2)
@@ -199,6 +202,7 @@ def test_planted_misreading_of_an_elongation_is_named(misread, named, tmp_path):
     assert (found.method, found.test, found.possible) == ("elongation", "stretch", named)
 
 
+@pytest.mark.long
 def test_law_a_release_left_out_takes_no_part_and_is_told(tmp_path):
     rng = np.random.default_rng(3)
     for at in range(3):

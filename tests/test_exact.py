@@ -113,6 +113,7 @@ def test_twice_the_mass_of_a_response_test(tmp_path: Path):
     assert moved == pytest.approx(sqrt(1 + 0.21 * (most / (k.u / k.value)) ** 2), rel=0.01)
 
 
+@pytest.mark.long
 def test_closed_form_the_set_up_is_in_series_with_the_line(tmp_path: Path):
     """1/k_seen = 1/k + C, so that ∂k/∂C = k²: the motion tells no set-up that gives way from a softer line."""
     before = let_go(tmp_path, "")

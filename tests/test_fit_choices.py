@@ -61,6 +61,7 @@ def test_closed_form_a_fit_that_is_not_refuted_keeps_what_is_stated(tmp_path):
     assert fit.u == pytest.approx(np.sqrt(np.diag(covariance)), rel=1e-9)
 
 
+@pytest.mark.long
 def test_twice_the_covariance_of_iso_28037_is_that_of_all_unknowns_together(tmp_path):
     """Eight true abscissae beside intercept and slope, by nonlinear least squares in SciPy: its information matrix."""
     rng = np.random.default_rng(8)

@@ -92,6 +92,7 @@ def test_planted_a_fit_whose_scatter_is_no_measure_is_not_judged(x, y, at: str, 
     assert not why or why in " ".join(found.withheld[0].reasons)
 
 
+@pytest.mark.long
 def test_planted_the_order_of_independent_readings_is_chance(tmp_path: Path) -> None:
     rng = np.random.default_rng(6)
     drawn = rng.normal(size=(200, 12))

@@ -34,6 +34,7 @@ def result(findings: Findings) -> Result:
     return next(one for one in findings.results if one.name == "cal.x0")
 
 
+@pytest.mark.long
 def test_twice_the_x_of_a_y_on_a_parabola_by_scipy(tmp_path: Path) -> None:
     y = np.round(1 + 0.5 * X + 0.2 * X**2 + 0.3 * SCATTER, 6)
     found = result(evaluated(tmp_path, y, "y: 8.0(1)", SQUARE))

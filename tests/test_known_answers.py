@@ -168,6 +168,7 @@ requirements:
 """
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [1, 2, 3, 4])
 def test_limit_a_risk_that_the_draws_cannot_show_is_told_alike_everywhere(tmp_path: Path, seed: int):
     """P(X < 0.1461 mm) is 5·10⁻⁶: 100 000 draws mostly show none, which passed by an agreed risk of 10⁻⁶."""

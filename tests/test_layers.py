@@ -5,6 +5,8 @@ from __future__ import annotations
 import ast
 from pathlib import Path
 
+import pytest
+
 PACKAGE = Path(__file__).parents[1] / "metrology"
 
 LAYERS = (
@@ -79,6 +81,7 @@ def test_every_room_has_a_place():
     assert rooms - set().union(*LAYERS) == set()
 
 
+@pytest.mark.long
 def test_arrows_go_down():
     every = arrows()
     assert len(every) > 100

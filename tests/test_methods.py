@@ -101,6 +101,7 @@ def swinging(folder: Path) -> Path:
     return rig_folder.written(folder, stated, runs)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["tapes", "rig"])
 def test_law_every_test_gives_the_results_that_its_method_yields(name, monkeypatch, tmp_path):
     monkeypatch.setattr("metrology.chain.diagnosis.add", lambda *_args, **_more: None)

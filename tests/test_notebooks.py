@@ -46,6 +46,7 @@ def test_law_there_are_notebooks_and_they_are_small():
     assert all(path.stat().st_size < LARGEST for path in paths)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["diagnosis", "elongation", "own_model"])
 def test_twice_a_notebook_says_in_plain_python_what_is_stored(name):
     """White space apart: Jupyter breaks long lines."""

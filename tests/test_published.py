@@ -59,6 +59,7 @@ def test_law_every_field_says_what_it_is():
     assert bare == []
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_law_results_of_published_examples_obey(name):
     assert faults(to_json(chain.evaluate(load(ROOT / "tests" / "reference" / name / "campaign.yaml")))) == []

@@ -210,6 +210,7 @@ PLANTED = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", PLANTED)
 @pytest.mark.parametrize("colour", [(0.0, 1.0), (0.5, 0.3)])
 def test_planted_forms_are_found(name, colour):
@@ -220,6 +221,7 @@ def test_planted_forms_are_found(name, colour):
     assert not failed(found)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "one",
     [
@@ -233,6 +235,7 @@ def test_law_what_is_said_of_an_elastic_specimen_is_symmetric(one):
         assert (ensemble.covariance == ensemble.covariance.T).all()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("at", "passed"), [(1e-6, False), (100.0, True), (1e7, False)])
 def test_planted_a_time_that_was_not_read_fails_a_check(at, passed):
     found = record(replace(SHORT, ramp=2.0), np.random.default_rng(1))
@@ -241,6 +244,7 @@ def test_planted_a_time_that_was_not_read_fails_a_check(at, passed):
     assert next(one for one in checks if one.name == "time asked for").passed is passed
 
 
+@pytest.mark.long
 def test_planted_a_power_law_has_no_equilibrium_and_says_so():
     found = analysed(PLANTED["power law"])
     given = estimates(found)
@@ -250,6 +254,7 @@ def test_planted_a_power_law_has_no_equilibrium_and_says_so():
     assert "no instantaneous and no equilibrium stiffness" in found.failures[0]
 
 
+@pytest.mark.long
 def test_limit_a_power_law_of_which_no_time_is_asked_gives_words_and_no_numbers():
     found = record(PLANTED["power law"], np.random.default_rng(1))
     mounting = Mounting("a", found["time"], found["force"], found["elongation"])
@@ -258,6 +263,7 @@ def test_limit_a_power_law_of_which_no_time_is_asked_gives_words_and_no_numbers(
     assert "no instantaneous and no equilibrium stiffness" in analysis.failures[0]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("stated", [0.0, 0.5])
 def test_law_a_division_that_only_the_readings_show_is_part_of_u(stated):
     """A cell whose readings stand in steps of 0.5 N, and scatter by less: u holds half a step, stated or not."""
@@ -280,6 +286,7 @@ def test_planted_creep_gives_the_compliance():
     assert given["k_inf"] == pytest.approx(2.0e4 / 1.16, rel=2e-4)
 
 
+@pytest.mark.long
 def test_planted_a_power_law_of_creep_has_an_instantaneous_stiffness():
     one = Held(parts=(0.1,), exponent=0.2, load=True, stiff=5e-5, levels=(100.0,), read_noise=1e-6)
     found = analysed(one)
@@ -295,6 +302,7 @@ def test_planted_a_drift_of_the_cell_is_not_taken_for_relaxation():
     assert not failed(found)
 
 
+@pytest.mark.long
 def test_planted_a_relaxation_over_many_decades_is_no_drift_that_is_taken_off():
     """k = 1e4 + 6e3·exp(−(t/300 s)^0.4): no number of branches has it, and a drift fits what they leave."""
     one = Held(levels=(5e-3,), ramp=2.0, before=20.0, holds=(2000.0,), rate=5.0, parts=(), times=())
@@ -308,6 +316,7 @@ def test_planted_a_relaxation_over_many_decades_is_no_drift_that_is_taken_off():
     assert {"drift or relaxation", "number of branches", "equilibrium and last reading"} <= wrong.keys()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("slip", [1.0, 5.0])
 def test_planted_a_grip_that_slips_fails_a_check(slip):
     one = record(Held(rate=5.0, holds=(2000.0,), ramp=2.0), np.random.default_rng(1))
@@ -318,6 +327,7 @@ def test_planted_a_grip_that_slips_fails_a_check(slip):
     assert "residuals" in failed(found)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("seed", "colour"), [(0, (0.0, 1.0)), (1, (1.0, 0.5)), (2, (5.0, 0.8)), (3, (0.5, 0.0))])
 def test_planted_a_small_slip_is_said_with_its_time_and_size(seed, colour):
     """0.3 % of the answer, six times the noise of a reading: slow noise takes its place, and no misfit shows."""
@@ -358,6 +368,7 @@ def sound(seed: int) -> dict[str, str]:
     return failed(analysed(one, [seed, 11]))
 
 
+@pytest.mark.long
 def test_law_a_dozen_sound_records_fail_nothing_by_chance():
     assert not [seed for seed in range(0, 72, 6) if sound(seed).keys() & set(BY_CHANCE)]
 
@@ -379,6 +390,7 @@ def test_closed_form_all_statistics_of_all_specimens_share_the_significance():
 LEVELS = Held(levels=(3e-3, 5e-3), holds=(300.0, 300.0), rate=10.0, before=10.0)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("stiffens", "loosens"), [(0.01, 0.0), (-0.03, 0.0), (0.0, 0.1), (0.05, -0.2)])
 @pytest.mark.parametrize("colour", [(0.0, 1.0), (1.0, 0.5), (5.0, 0.8)])
 def test_planted_a_stiffness_that_changes_with_the_level_is_said(stiffens, loosens, colour):
@@ -406,6 +418,7 @@ def between(one: Held, seed: int) -> dict[str, str]:
     return failed(relaxation.analyse(RelaxationTest("t", (mounting,), at=100.0), FACTS, {}))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(1, 5))
 def test_law_a_step_that_lies_between_readings_is_no_answer_that_changes_with_the_level(seed: int):
     assert "linearity over the levels" not in between(BETWEEN, seed)
@@ -426,6 +439,7 @@ def test_limit_one_level_says_nothing_of_the_others():
     assert checks["linearity over the levels"].sentence.startswith("Not made")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("preload", "bars"), [(1e-4, False), (2e-3, True)])
 def test_planted_a_load_before_the_record_bars_what_is_read_later_and_more_only_where_it_is_large(preload, bars):
     checks = {one.name: one for one in analysed(Held(preload=preload, before=30.0, ramp=10.0)).finding.checks}
@@ -435,6 +449,7 @@ def test_planted_a_load_before_the_record_bars_what_is_read_later_and_more_only_
     assert bars or {"k_inf", "k_t", "relaxed"} <= set(check.concerns)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("memory", "white"), [(1.0, 0.0), (5.0, 0.7)])
 def test_limit_noise_with_a_memory_is_no_misfit(memory, white):
     assert "residuals" not in failed(analysed(Held(memory=memory, white=white, read_noise=0.2), 3))
@@ -450,6 +465,7 @@ def test_planted_a_drift_that_could_be_a_slow_branch_leaves_it_open():
 STAIRS = Held(levels=tuple(5e-3 * (step + 1) / 40 for step in range(40)), holds=(60.0,) * 40, rate=50.0)
 
 
+@pytest.mark.long
 def test_planted_forty_levels_in_one_record_give_what_one_gives():
     """Each ramp lasts half a second of forty minutes: as corners of the input, not as means over the record."""
     given = estimates(analysed(STAIRS, 3))
@@ -457,17 +473,20 @@ def test_planted_forty_levels_in_one_record_give_what_one_gives():
     assert given["k_inf"] == pytest.approx(1.6e4, rel=2e-3)
 
 
+@pytest.mark.long
 def test_planted_more_corners_than_are_taken_fail_a_check():
     one = replace(STAIRS, levels=tuple(5e-3 * (step % 3 + 1) / 3 for step in range(200)), holds=(5.0,) * 200, rate=20.0)
     assert "more corners" in failed(analysed(one))["held levels"]
 
 
+@pytest.mark.long
 def test_law_many_small_steps_are_not_biased_by_how_a_record_is_divided():
     """Blocks that follow the answer keep the differences that noise enlarges: k_0 came out 0.4 % too large."""
     found = [estimates(analysed(replace(STAIRS, rate=10.0), seed))["k_0"] for seed in range(6)]
     assert np.mean(found) == pytest.approx(2.0e4, rel=2.5e-3)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("one", [Held(ramp=2.0, rate=5.0), Held(parts=(), times=())])
 def test_law_noise_of_what_was_imposed_does_not_bias(one):
     """1 % of the step: taken as movement it makes k_0 up to 2 % too small, and relaxes an elastic specimen."""
@@ -481,6 +500,7 @@ def test_law_noise_of_what_was_imposed_does_not_bias(one):
     assert np.mean(found, axis=0) == pytest.approx(truth, rel=3e-3)
 
 
+@pytest.mark.long
 def test_planted_a_step_between_two_readings_is_known_to_their_distance():
     """Where in the interval it was, no reading says: a branch of three intervals has fallen by up to 28 %."""
     whole = record(
@@ -586,6 +606,7 @@ def test_planted_a_cell_at_the_end_of_its_range_is_said():
     assert "clipped" in checks["raw records"].sentence
 
 
+@pytest.mark.long
 def test_planted_a_saturated_cell_that_reads_the_load_is_said():
     one = record(Held(load=True, stiff=5e-5, levels=(60.0,), holds=(200.0,), read_noise=1e-6, input_noise=0.05),
                  np.random.default_rng(1))  # fmt: skip
@@ -595,6 +616,7 @@ def test_planted_a_saturated_cell_that_reads_the_load_is_said():
         assert next(check for check in found.checks if check.name == "raw records").passed is passed
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("load", [False, True])
 @pytest.mark.parametrize(
     ("wrong", "words"),
@@ -650,6 +672,7 @@ def test_planted_a_cell_that_reads_its_largest_force_for_ever_is_said(limit, pas
     assert passed or "clipped" in check.sentence
 
 
+@pytest.mark.long
 def test_planted_a_gap_in_a_ramp_is_said_and_one_in_a_hold_noted():
     one = record(Held(ramp=20.0), np.random.default_rng(1))
     for first, last, passed in ((8.0, 18.0, False), (200.0, 260.0, True)):
@@ -677,6 +700,7 @@ def check_of(analysis, name: str):
     return next(one for one in analysis.finding.checks if one.name == name)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("before", [0.0, 10.0])
 @pytest.mark.parametrize("bend", [-2.5, -0.4, 0.4, 3.0])
 def test_planted_a_ramp_that_bends_fails_a_check_and_does_not_set_the_level(bend, before):
@@ -700,6 +724,7 @@ def test_planted_a_ramp_that_bends_fails_a_check_and_does_not_set_the_level(bend
     assert any(before < t < before + planted.ramp for t in specimen.record.time)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("bend", "words"), [(3.0, (15, 25)), (-2.5, (75, 95))])
 def test_planted_a_ramp_that_bends_is_said_with_what_was_read_halfway(bend, words):
     text = check_of(held_at(Bent(bend=bend).record(np.random.default_rng(1)), 20.0), "linearity on the ramp").sentence
@@ -709,6 +734,7 @@ def test_planted_a_ramp_that_bends_is_said_with_what_was_read_halfway(bend, word
     assert "ten times the ramp" in text
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("at", "barred"), [(5.0, True), (20.0, False)])
 def test_law_after_ten_ramps_the_stiffness_at_a_time_is_not_barred_by_the_ramp(at, barred):
     concerns = check_of(held_at(Bent().record(np.random.default_rng(1)), at), "linearity on the ramp").concerns
@@ -719,6 +745,7 @@ def test_law_after_ten_ramps_the_stiffness_at_a_time_is_not_barred_by_the_ramp(a
     assert "k_inf" in check_of(held_at(short, at), "linearity on the ramp").concerns
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(4))
 def test_limit_a_linear_strip_with_an_offset_keeps_its_ramp(seed):
     planted = Bent(bend=0.0, before=10.0 * (seed % 2), offset=3.0, noise=(0.01, 0.05)[seed // 2])
@@ -733,11 +760,13 @@ def test_limit_a_ramp_that_bends_by_a_hundredth_is_kept():
     assert check_of(held_at(Bent(bend=0.01).record(np.random.default_rng(2)), 20.0), "linearity on the ramp").passed
 
 
+@pytest.mark.long
 def test_limit_a_step_without_readings_on_it_tells_nothing_of_its_ramp():
     found = held_at(Bent(ramp=0.06).record(np.random.default_rng(1)), 20.0)
     assert check_of(found, "linearity on the ramp").passed is None
 
 
+@pytest.mark.long
 def test_planted_a_ramp_that_bends_in_one_specimen_is_left_out_there_alone():
     mountings = []
     for name, bend in (("a", 3.0), ("b", 0.0)):
@@ -791,6 +820,7 @@ def test_law_a_wide_uncertainty_does_not_excuse_an_equilibrium_above_every_readi
         assert passed or set(check.concerns) == {"k_inf", "E_inf", "relaxed"}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("before", "named"), [(0.0, True), (10.0, False)])
 def test_law_a_zero_that_was_not_read_is_named_in_the_budget_and_in_a_note(before, named):
     found = held_at(Bent(bend=0.0, before=before).record(np.random.default_rng(1)), 20.0)
@@ -893,6 +923,7 @@ def test_law_a_check_of_the_equilibrium_bars_no_verdict_on_what_was_read(tmp_pat
     assert [one.requirement for one in found.conformity] == ["R1"]
 
 
+@pytest.mark.long
 def test_law_several_specimens_have_one_form_and_the_scatter_between_them(tmp_path):
     stiff = (1.96e4, 2.0e4, 2.04e4)
     records = {name: record(replace(SHORT, stiff=one), np.random.default_rng(at))
@@ -905,6 +936,7 @@ def test_law_several_specimens_have_one_form_and_the_scatter_between_them(tmp_pa
     assert k.framework.u / k.framework.value == pytest.approx(expected, rel=0.05)
 
 
+@pytest.mark.long
 def test_planted_a_dma_sweep_that_contradicts_the_hold_fails_its_check(tmp_path):
     sound, wrong = (
         "frequency / Hz,storage / GPa,loss / MPa,u storage / MPa,u loss / MPa\n"
@@ -1053,6 +1085,7 @@ def held_by_intervals(seeds: range, planted: Held, stamps: np.ndarray | None) ->
 KINDS = [(THREE, UNEVEN), (FAINT, None)]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("planted", "stamps"), KINDS, ids=["three", "faint"])
 def test_law_a_dozen_intervals_of_slow_branches_hold_the_truth(planted, stamps):
     """Four misses of 12 intervals of 95 % are a chance of 1 in 500."""

@@ -61,6 +61,7 @@ def test_planted_coast_without_a_line_shows_friction(tmp_path):
     assert sought(finding)["friction.force"].u < 0.01 * friction
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("channels", ["xvT", "xT", "v", "T"])
 def test_planted_tether_held_at_first_with_any_channels_on_stamps_of_their_own(channels, tmp_path):
     truth, rng, runs = Truth(m=25.0, k=167.64, c=8.0, taut=0.1), np.random.default_rng(4), []

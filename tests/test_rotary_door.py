@@ -57,6 +57,7 @@ def pendulum(drag=0.0, most=np.inf, signs=(1, 1, 1)):
     return runs
 
 
+@pytest.mark.long
 def test_planted_torsion_pendulum_in_angles_and_torques(tmp_path):
     """J·φ″ = M − k·φ − c·φ′ by SciPy: k and c come back in their units, no E, and held-out runs validate them."""
     finding, plan = shown(tmp_path, PENDULUM, pendulum())
@@ -94,6 +95,7 @@ MIXED = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("case", MIXED)
 def test_refusal_units_of_a_straight_path_on_a_rig_that_turns(case, tmp_path):
     old, new, told = MIXED[case]
@@ -124,6 +126,7 @@ SIGNS = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("case", SIGNS)
 def test_refusal_a_sign_that_does_not_fit_the_others(case, tmp_path, capsys):
     signs, told = SIGNS[case]
@@ -132,6 +135,7 @@ def test_refusal_a_sign_that_does_not_fit_the_others(case, tmp_path, capsys):
     assert f"tests.pull.runs.r1 {told}" in " ".join(capsys.readouterr().err.split())
 
 
+@pytest.mark.long
 def test_planted_saturated_torque_cell_is_told_at_both_ends_and_left_out(tmp_path):
     """Runs of either purpose swing beyond the cell: k, c and the verdict stay right."""
     finding, plan = shown(tmp_path, PENDULUM, pendulum(most=0.08))
@@ -150,6 +154,7 @@ GIVEN = """\
 """
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("k", "verdict"), [("0.3500", "validated within u_val"), ("0.3600", "not validated")])
 def test_planted_given_values_are_simulated_and_judged_by_every_run(k, verdict, tmp_path):
     finding, plan = shown(tmp_path, GIVEN.replace("VALUE", k), pendulum())

@@ -81,6 +81,7 @@ def test_planted_toe_is_corrected_in_k_and_in_all_that_follows_from_it(toe):
     assert {row.input for row in found.budget} >= {"e.slope correction", "e.reading.m0"}
 
 
+@pytest.mark.long
 def test_law_an_error_at_one_load_moves_k_by_what_the_budget_says(toe, tmp_path):
     """Beyond a toe k is the slope of the later loads: an error at the second lowers it, and raises that of the line."""
     one = replace(truth.MATERIALS["al-1100"], toe=1.2e-4)
@@ -98,6 +99,7 @@ def test_law_an_error_at_one_load_moves_k_by_what_the_budget_says(toe, tmp_path)
     assert 0.5 < (moved.value - result(toe).value) / row.contribution < 1.35
 
 
+@pytest.mark.long
 def test_planted_misread_reading_leaves_u_as_large_as_without_it(tmp_path):
     one = truth.MATERIALS["al-1100"]
     sound = result(campaign(tmp_path, one, 3))
@@ -182,6 +184,7 @@ def test_planted_no_verdict_passes_an_unlisted_effect(tmp_path):
     assert (demand.id, demand.source) == ("R1", "specification S-1")
 
 
+@pytest.mark.long
 def test_law_a_failed_check_is_accepted_by_a_person_with_a_reason(tmp_path):
     first = campaign(tmp_path, SWAY, 4, limit=0.5 * K)
     failed = [check.name for test in first.tests for check in test.elongation.checks if check.passed is False]
@@ -199,6 +202,7 @@ def test_limit_an_acceptance_of_what_did_not_fail_is_said(tmp_path):
     assert any("no check of that name failed" in text for text in findings.warnings)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("masses", [(0.5, 1.0, 1.5), (0.25, 0.5, 0.75, 1.0, 1.25, 1.5)])
 def test_closed_form_u_of_k_by_slopes_that_differ_is_that_of_their_mean(masses, tmp_path):
     """They are fifty times that of the readings, and count once: the scatter about one line holds a part of them."""

@@ -124,6 +124,7 @@ def test_findings_survive_the_way_through_results_json(findings):
     assert from_json(to_json(findings)) == findings
 
 
+@pytest.mark.long
 def test_reference_what_the_missing_modulus_of_the_aluminium_can_and_cannot_be():
     campaign = undiagnosed(CAMPAIGN)
     plan = chain.build(campaign)

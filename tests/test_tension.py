@@ -137,6 +137,7 @@ def test_closed_form_of_a_secant_by_the_crosshead(tmp_path):
     assert found["k_sec"].framework.value == pytest.approx(2e7 / 1.2, rel=1e-7)
 
 
+@pytest.mark.long
 def test_law_a_secant_and_a_tangent_are_covered():
     """The 95 % intervals of both over records of a curved specimen with coloured noise."""
     hits = np.zeros(2)
@@ -445,6 +446,7 @@ def covered(seeds: range, count: int, memory: float, white: float) -> tuple[int,
     return hits, u2 / e2
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("memory", "white"), COLOURS)
 def test_law_the_slope_of_coloured_noise_is_covered(memory, white):
     hits, ratio = covered(range(120), 800, memory, white)

@@ -149,6 +149,7 @@ def test_limit_noise_is_never_below_that_of_rounding():
     assert timeseries.noise(record) == pytest.approx(0.02 / np.sqrt(12))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("sigma", [0.0, 0.1, 0.2, 0.3])
 def test_twice_the_mean_of_rounded_readings_is_off_by_the_bias_of_rounding(sigma):
     rng = np.random.default_rng(3)

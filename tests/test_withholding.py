@@ -396,6 +396,7 @@ def test_planted_a_refuted_assumption_stands_on_page_1(exchanged):
     ]
 
 
+@pytest.mark.long
 def test_law_an_acceptance_of_a_failed_check_that_forbids_nothing_does_not_deny_that_it_failed(tmp_path, exchanged):
     failed = [one.name for one in exchanged.tests[0].finding.checks if one.passed is False]
     assert failed == ["zero shift between repeats"]  # what the uncertainty covers

@@ -73,6 +73,7 @@ def indicator(folder: Path, more: str):
     return found["pull.k"], rows
 
 
+@pytest.mark.long
 def test_law_an_offset_that_all_readings_share_does_not_move_the_slope(tmp_path: Path):
     apart, _ = indicator(tmp_path, "{name: offset, standard: 20 um, source: data sheet}")
     causes = "causes: {offset: {standard: 20 um, source: data sheet}}\n"

@@ -83,6 +83,7 @@ OFF = {
 }  # fmt: skip
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("case", OFF)
 def test_planted_error_beyond_its_u_is_told_on_page_1_unless_it_is_corrected(case: str, campaign, folder: Path) -> None:
     """JCGM 100:2008, 3.2.4: a result is corrected for all recognized significant systematic effects."""

@@ -64,6 +64,7 @@ def test_limit_a_file_of_which_two_samples_read_other_columns_is_no_copy():
     assert faults(tests, {"a": "first", "b": "second"}) == []
 
 
+@pytest.mark.long
 def test_of_a_thousand_records_the_one_copy_is_found():
     records = [record(f"{i}.csv", **pull()) for i in range(1000)]
     found = faults({"a": [*records, record("copy.csv", **records[700].numbers)]}, {"a": "line"})

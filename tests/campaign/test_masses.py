@@ -109,6 +109,7 @@ def test_law_a_certificate_of_the_whole_set_adds_up_in_a_sum(tmp_path: Path):
     assert [[one.cause for one in load.mass.components] for load in loads.values()] == 3 * [["set"]]
 
 
+@pytest.mark.long
 def test_closed_form_a_released_mass_shares_its_weights_with_the_dead_loads(tmp_path: Path):
     """With k = m·ω_n², u(k)/k of the mass is u(m)/m; the mass is that of load B, and shares the hook with load A."""
     t = np.arange(-100, 8000) / 1e3

@@ -32,6 +32,7 @@ def made(command: str, home: Path) -> int:
     return main([command, str(home), "--output", "reports", *(["--quiet"] if command != "batch" else [])])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("command", ["run", "report", "batch"])
 def test_planted_another_campaign_of_one_id_is_refused(command: str, two, capsys) -> None:
     first, second = two

@@ -42,6 +42,7 @@ def test_quiet_and_json_exclude_each_other(campaign: Path):
     assert ended.value.code == 2
 
 
+@pytest.mark.long
 def test_open_shows_the_report_that_was_made(
     campaign: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ):

@@ -78,6 +78,7 @@ def test_planted_wrong_test_is_named_as_outlying(at, factor):
         assert at in (2, 3)
 
 
+@pytest.mark.long
 def test_planted_compliance_of_a_shared_set_up_is_found_with_its_size():
     rng = np.random.default_rng(2)
     made = [explain(by_rig(rng, 4e-6), "k") for _ in range(20)]

@@ -58,6 +58,7 @@ def test_limit_every_candidate_of_an_elongation_vanishes_at_its_null():
             assert posed.column(name, trial.shapes).any()
 
 
+@pytest.mark.long
 def test_planted_toe_and_curve_that_each_explain_little_are_found_together():
     test = stretched("al-1100", 70111, {"toe": 1.30e-4, "curvature": 1.476e-2})
     found = elongation(test, rng=np.random.default_rng(70111))
@@ -107,6 +108,7 @@ def let_go(force, seed):
     return decay(DecayTest("d", tuple(records), Input("d.mass", m, unit="kg"), "k"), rng=rng)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("power", [3.5, 5])
 def test_planted_stiffness_of_another_power_does_not_get_the_name_of_a_listed_one(power):
     """A cubic stiffness carries nearly all of what it does."""
@@ -119,6 +121,7 @@ def test_planted_stiffness_of_another_power_does_not_get_the_name_of_a_listed_on
     assert 0 < found.remainder.size < 0.03 * k * size
 
 
+@pytest.mark.long
 def test_planted_law_of_a_listed_exponent_keeps_its_name_beside_those_of_others():
     k, size = STATED["k"], STATED["size"]
     speed = size * math.sqrt(k / STATED["m"])
@@ -128,6 +131,7 @@ def test_planted_law_of_a_listed_exponent_keeps_its_name_beside_those_of_others(
     assert "quadratic drag" in drag.possible
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("power", [1.5, 1.7])
 def test_law_c_holds_what_damping_of_another_power_may_do_to_it(power):
     """A quadratic drag takes its place with a c that is too large."""
@@ -138,6 +142,7 @@ def test_law_c_holds_what_damping_of_another_power_may_do_to_it(power):
     assert abs(of_c.after - c) < 3 * of_c.u_after
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("power", [1.0, 1.5])
 def test_planted_stop_on_one_side_is_named_also_where_it_stiffens(power):
     """An even and a cubic stiffness carry nine tenths of what it does, and are not it."""
@@ -148,6 +153,7 @@ def test_planted_stop_on_one_side_is_named_also_where_it_stiffens(power):
     assert abs(of_k.after - k) < 3 * of_k.u_after < 0.01 * k
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("material", "seed", "gain"), [("spectra", 31, 0.02), ("peek", 33, 0.05)])
 def test_planted_scale_of_a_sensor_that_changes_on_the_way_is_no_cause_of_the_list(material, seed, gain):
     """A decay that jumps by a hundredth part of itself: a line beside it comes near, and is not what happened."""
@@ -166,6 +172,7 @@ def size_in_decay(name: str, d: float) -> float:
     return found
 
 
+@pytest.mark.long
 def test_planted_effect_that_hardly_shows_is_said_to_be_undecided():
     test, _ = decayed("spectra", 1, {"cubic": size_in_decay("cubic", 4.0)}, count=3)
     found = decay(test, rng=np.random.default_rng(1))
@@ -190,6 +197,7 @@ def test_law_what_overlies_a_decay_and_cannot_be_told_apart_shares_its_probabili
     assert causes["drift"].probability == pytest.approx(1 / (1 + math.exp(-2.0)))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [4, 6])
 def test_planted_damping_that_two_listed_laws_follow_is_one_of_them(seed):
     """An unlisted law is weighed against both: against the better one alone it was 1 in 9, and in 6."""
@@ -215,6 +223,7 @@ def test_closed_form_a_gain_that_falls_in_proportion_to_time_is_damping():
         assert np.abs(after * (1 + change * one.t) - before).max() < 0.02 * np.abs(after - before).max()
 
 
+@pytest.mark.long
 def test_where_something_is_missing_for_certain_it_is_not_said_to_be_undecided():
     test, _ = decayed("spectra", 1, {"cubic": size_in_decay("cubic", 5.5)}, count=3)
     found = decay(test, rng=np.random.default_rng(1))
@@ -224,6 +233,7 @@ def test_where_something_is_missing_for_certain_it_is_not_said_to_be_undecided()
     assert "More is missing, but these data do not decide what" in beside.sentence
 
 
+@pytest.mark.long
 def test_planted_stop_beside_friction_is_named_and_not_a_cubic_stiffness():
     planted = {"friction": size_in_decay("friction", 150.0), "stop": size_in_decay("stop", 8.0)}
     test, _ = decayed("spectra", 1, planted, count=3)
@@ -297,6 +307,7 @@ def sensed(order: int, bends: tuple[float, float], springs: tuple[float, float],
     return DecayTest("d", (channel,), Input("d.mass", 1.0, unit="kg"), "k")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("order", [0, 1, 2])
 @pytest.mark.parametrize(("bends", "named"), [((0.02, 0.0), "quadratic reading"), ((0.0, -0.02), "cubic reading")])
 def test_planted_scale_of_a_sensor_that_bends_is_named_and_no_spring(order, bends, named):
@@ -370,6 +381,7 @@ def test_planted_nothing_in_an_elongation_is_found_to_be_nothing(material, seed)
     assert found.possible == ()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("sign", [1, -1])
 @pytest.mark.parametrize("name", ["curvature", "backlash", "misread", "mounting"])
 def test_planted_fault_is_named_whichever_way_it_acts(name, sign):
@@ -380,6 +392,7 @@ def test_planted_fault_is_named_whichever_way_it_acts(name, sign):
     assert math.copysign(1, cause.parameters[0].value) == (1 if name == "mounting" else sign)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_planted_initial_tension_of_a_spring_is_named_where_loads_only_rise(seed):
     """Weights that are added one by one: a drift would be the same curve of load, and k a third off with it."""
@@ -474,6 +487,7 @@ def test_planted_step_of_the_scale_is_named_as_another_compliance():
     assert found.named == ("mounting",)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("material", "seed"), [("al-1100", 9), ("nylon", 10), ("spectra", 11), ("peek", 12)])
 def test_planted_fault_of_nobody_that_differs_by_direction_and_repeat_is_given_no_name(material, seed):
     """A spindle that sticks at heavy loads in some repeats: backlash and drift would fit it, and both are wrong."""
@@ -483,6 +497,7 @@ def test_planted_fault_of_nobody_that_differs_by_direction_and_repeat_is_given_n
     assert found.named == ()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("material", "seed"), [("al-1100", 1), ("peek", 2), ("spectra", 1)])
 def test_planted_periodic_error_of_a_screw_has_no_name_and_k_is_as_uncertain_as_such_errors_make_it(material, seed):
     """At six or seven loads two or three listed effects follow it, each of any size, and k with them."""
@@ -508,6 +523,7 @@ def test_planted_fault_of_nobody_leaves_a_remainder():
     assert found.remainder.share == pytest.approx(0.02, abs=0.01)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("planted", "named"), [({}, ()), ({"cubic": 4e9}, ("cubic",)), ({"cubic": -4e9}, ("cubic",))])
 def test_planted_shape_of_a_decay_is_named_whichever_way_it_acts(planted, named):
     test, _ = decayed("al-1100", 3, planted, count=3)
@@ -545,6 +561,7 @@ def test_law_readings_that_come_back_speak_against_slip():
     assert next(one for one in found.explanations if one.cause == "clamp").judgement == "against these data"
 
 
+@pytest.mark.long
 def test_planted_pendulum_of_large_swings_is_told_as_softening_and_friction():
     # What bends it is a sine, of which k₃ is the second term alone, and its noise is far below the third.
     length, mass, gravity, dry = 0.2, 0.5, 9.81, 1.2e-2
@@ -579,6 +596,7 @@ def test_law_where_causes_cannot_be_told_apart_the_slope_holds_what_lies_between
     assert sum(missed) <= 1
 
 
+@pytest.mark.long
 def test_planted_line_is_told_with_its_amplitude_whatever_averaging_leaves_of_it():
     """Blocks of two readings at 1 kHz leave cos(π·50/1000) = 0.988 of 50 Hz; 150 Hz beside it is another line."""
     test, _ = decayed("al-1100", 0, {"mains": 1e-5})
@@ -598,6 +616,7 @@ def band(rng: np.random.Generator, count: int) -> np.ndarray:
     return np.sqrt(0.4) * narrow / narrow.std() + np.sqrt(0.6) * rng.standard_normal(count)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("line", [0.0, 1e-6])
 def test_planted_line_is_named_in_a_band_of_noise_and_the_band_itself_is_not(line):
     rng, t, records = np.random.default_rng(70217), np.arange(0.0, 150.0, 1 / 60), []
@@ -610,6 +629,7 @@ def test_planted_line_is_named_in_a_band_of_noise_and_the_band_itself_is_not(lin
     assert found.named == (("other",) if line else ())
 
 
+@pytest.mark.long
 def test_law_what_is_sought_beside_the_fit_is_not_called_untestable():
     test, _ = decayed("peek", 3, {"drift": 2e-5})
     found = decay(test, rng=np.random.default_rng(0))
@@ -620,6 +640,7 @@ def test_law_what_is_sought_beside_the_fit_is_not_called_untestable():
     assert {one.effect: one.verdict for one in clean.causes}["drift"] == "not supported"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("planted", [{}, {"friction": 150.0}])
 def test_planted_step_of_the_reading_is_named_and_is_no_drift(planted):
     sizes = {name: size_in_decay(name, d) for name, d in planted.items()}
@@ -633,6 +654,7 @@ def test_planted_step_of_the_reading_is_named_and_is_no_drift(planted):
     assert all(f"µm at 1.501 s in record-{at}" in cause.sentence for at in range(3))
 
 
+@pytest.mark.long
 def test_planted_stop_is_named_with_where_it_is_touched():
     """An even and a cubic stiffness stood in its place. The truth is integrated in small steps, releases differ."""
     rng, m, c, k, stop, gap, records = np.random.default_rng(20261127), 0.2, 0.03, 120.0, 6.0, 1.8e-4, []
@@ -654,6 +676,7 @@ def test_planted_stop_is_named_with_where_it_is_touched():
     assert abs(moved.after - k) < 3 * moved.u_after < 0.01 * k
 
 
+@pytest.mark.long
 def test_planted_line_near_a_decay_that_it_outlasts_is_named():
     """Lines within half of a damped decay's own frequency were the decay's own, however long they went on."""
     rng, m, zeta, records = np.random.default_rng(20261128), 1.2, 0.11, []
@@ -695,6 +718,7 @@ def rounded(seed: int, drift: float) -> DecayTest:
     return DecayTest("d", tuple(records), Input("d.mass", m, unit="kg"), "k")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("seed", "drift", "verdict"), [
     (2, 0.0, "nothing missing"), (5, 0.0, "nothing missing"), (3, 2.0, "explained"),
 ])  # fmt: skip
@@ -742,6 +766,7 @@ def test_planted_swing_beside_the_decay_of_a_single_short_record_is_named():
     assert c.u_after < 0.1 * c.after
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("perspective", [0.0, 0.06])
 def test_planted_multiple_that_a_sensor_makes_of_the_decay_is_no_other_motion(perspective):
     """A pendulum that a camera reads by its horizontal position: l·sin θ has the third multiple of its frequency."""
@@ -767,6 +792,7 @@ def large_swing(seed: int, distortion: float) -> DecayTest:
     return DecayTest("p", (Channel("swing", t, x, "rad"),), Input("p.inertia", 0.02, unit="kg·m²"), "k")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [1, 2])
 def test_planted_sine_of_a_large_swing_is_named_and_not_its_first_term(seed):
     """A cubic explains all but a 10 000th of the misfit, and is found first: the other law of softening does better."""
@@ -776,6 +802,7 @@ def test_planted_sine_of_a_large_swing_is_named_and_not_its_first_term(seed):
     assert rate.value == pytest.approx(1.0, abs=4 * rate.u)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [2, 6])
 def test_law_the_sentence_tells_each_group_and_what_the_model_has_without_a_name(seed):
     found = decay(large_swing(seed, 0.02), rng=np.random.default_rng(seed))
@@ -799,6 +826,7 @@ print([(one.effect, one.probability, one.log_bayes) for each in found for one in
 """
 
 
+@pytest.mark.long
 def test_law_the_digits_do_not_depend_on_the_order_of_a_set():
     """Sets of names are gone through in another order in every process."""
     root, said = Path(__file__).parents[2], set()

@@ -43,6 +43,7 @@ def plain():
     return forms({})
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "effects",
     [

@@ -98,6 +98,7 @@ def test_law_a_second_mode_by_its_other_name_fits_as_well_and_leads_back():
     assert subject.equivalent(subject.fit(("friction",), [{}]), "friction") is None
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("carried", [{"frame.compliance": 1e-7, "frame.frequency": 60.0}, {"yaw.arm": 0.01}])
 def test_refusal_of_another_name_beside_a_mode_of_the_stated_model(carried):
     runs = runs_with("peek", 4, arm=0.005, inertia=0.5, yaw_omega=14.0)[:2]
@@ -196,6 +197,7 @@ def test_planted_hum_is_named_beside_an_effect_that_leaves_no_force():
     assert amplitude.u < 2e-4
 
 
+@pytest.mark.long
 def test_planted_hum_of_a_single_run_is_named_with_its_amplitude():
     """Its phase is of the one run: no scatter of phases between runs can be told, and none is asked for."""
     (run, *_) = runs_with("nylon", 3)

@@ -15,6 +15,7 @@ from metrology.diagnostics.release import Line
 from metrology.timeseries import Channel
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("frequencies", "turns", "found"), [
     ((7.0, 7.01, 6.99), 20.0, ["other"]),
     ((7.0, 7.01, 9.0), 20.0, ["other"]),
@@ -33,6 +34,7 @@ def test_law_a_line_has_one_frequency_and_turns(frequencies: tuple[float, ...], 
     assert all(f"{sum(6.9 < one < 7.1 for one in frequencies)} of 3" in one.sentence for one in overlays)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("size", "named", "group"), [(0.2, (), {"drift", "hop"}), (0.3, ("hop",), set())])
 def test_planted_steps_too_small_to_be_taken_out_are_no_drift(size: float, named: tuple[str], group: set[str]) -> None:
     """Steps of a part of the noise of a reading."""

@@ -87,6 +87,7 @@ def test_law_every_candidate_that_the_runs_can_show_is_screened():
     assert set(subject.candidates) - set(subject.untestable()) - screened == set()
 
 
+@pytest.mark.long
 def test_law_set_up_compliance_alone_is_not_testable():
     found = diagnosed("nylon", 1, tests=SHORT)
     by = {cause.effect: cause for cause in found.causes}
@@ -136,6 +137,7 @@ def stretched(kind: str, seed: int):
     return elongation(test, rng=np.random.default_rng(seed))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", EXTRA)
 def test_planted_fault_of_an_elongation_is_named(kind):
     found = stretched(kind, 1)

@@ -18,6 +18,7 @@ from planting import EVERY, MATERIALS, PLANS, QUIET, distance, drawn, known, sta
 COMMON = replace(PLANS["usual"][0], mass_run=0.0, thrust_run=0.0, length_run=0.0, zero_run=0.0, start_run=0.0)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("material", MATERIALS)
 def test_twice_inputs_drawn_for_all_runs_by_generator_and_rig(material):
     """Mass, thrust, free length, gain, scale and clock drawn by seed: readings without noise are those of the rig."""

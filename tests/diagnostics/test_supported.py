@@ -41,6 +41,7 @@ def result(
     return findings.diagnosis[0], found, float(truth.partition("value:")[2])
 
 
+@pytest.mark.long
 def test_planted_curvature_is_named_where_two_effects_fit_alike(tmp_path: Path):
     """A saturation beside the curvature moves the last load alone: neither size is determined, and no p exists."""
     found, k, true = result("one large", "curvature", tmp_path)
@@ -49,6 +50,7 @@ def test_planted_curvature_is_named_where_two_effects_fit_alike(tmp_path: Path):
     assert k.monte_carlo.shortest_low < true < k.monte_carlo.shortest_high
 
 
+@pytest.mark.long
 def test_planted_creep_of_another_law_is_within_the_interval(tmp_path: Path):
     """What came before the first reading is 3 % of k here, and no law of creep is the planted one: 16 u off by one."""
     found, k, true = result("one large", "creep", tmp_path, seed=20261127)
@@ -58,6 +60,7 @@ def test_planted_creep_of_another_law_is_within_the_interval(tmp_path: Path):
     assert k.u < 0.06 * k.value
 
 
+@pytest.mark.long
 def test_planted_backlash_is_named_in_the_kind_that_fits_beside_the_other_effects(tmp_path: Path):
     """Its kind was chosen before the curvature was there, and k was 7 u off: 15 more in ln evidence by another kind."""
     found, k, true = result("pair", "backlash", tmp_path, seed=20261127, at=2)
@@ -66,6 +69,7 @@ def test_planted_backlash_is_named_in_the_kind_that_fits_beside_the_other_effect
     assert k.monte_carlo.shortest_low < true < k.monte_carlo.shortest_high
 
 
+@pytest.mark.long
 def test_planted_loss_with_a_power_of_the_speed_leaves_c_within_its_interval(tmp_path: Path):
     """Of sums of powers that fit alike, the one of most evidence gave c five standard uncertainties too large."""
     found, c, true = result("unlisted", "power", tmp_path, method="decay", seed=778002, quantity="c", at=1)
@@ -149,6 +153,7 @@ def test_planted_thrust_that_falls_and_hose_are_named(
     assert estimate.u < narrow * estimate.value
 
 
+@pytest.mark.long
 def test_planted_even_stiffness_moves_the_mean_of_the_motion_and_needs_no_drift(tmp_path: Path):
     """A sensor with a quadratic reading, together with a drift that every model was free to have, did as well."""
     found, k, true = result("one large", "even stiffness", tmp_path, "decay", 85)
@@ -156,6 +161,7 @@ def test_planted_even_stiffness_moves_the_mean_of_the_motion_and_needs_no_drift(
     assert abs(k.value - true) < 2.5 * k.u
 
 
+@pytest.mark.long
 def test_planted_jump_of_a_sensor_is_named_and_moves_no_stiffness(tmp_path: Path):
     """It is seen beside the velocity, before any fit."""
     found, k, true = result("unlisted", "hop", tmp_path, "response", 84)
@@ -181,6 +187,7 @@ def test_limit_blocks_that_no_model_predicts_have_no_gain():
     assert (channels["x"].ratio, whole.ratio, whole.high) == (1.0, 1.0, 1.0)
 
 
+@pytest.mark.long
 def test_planted_error_of_every_load_has_no_saturation_without_end(tmp_path: Path):
     """At the largest load the saturation could be of any size: 10¹²⁹ m/N, no evidence was a number, k was 34 % off."""
     found, k, true = result("unlisted", "periodic dial", tmp_path, seed=86, at=2)

@@ -41,6 +41,7 @@ def test_limit_tails_of_many_degrees_of_freedom_are_normal() -> None:
     )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("material", ["al-1100", "peek"])
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_planted_reading_that_noise_may_have_is_not_called_misread(material: str, seed: int) -> None:
@@ -55,6 +56,7 @@ def test_planted_reading_that_noise_may_have_is_not_called_misread(material: str
     assert far.named == ("misread",)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_planted_reading_far_off_a_coarse_division_is_misread(seed: int) -> None:
     """Readings that rounding makes agree are no noise without a body, of which a t has tails as long as it takes."""

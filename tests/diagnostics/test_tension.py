@@ -42,6 +42,7 @@ def diagnosed(seed: int, specimens: int = 3, **planted: float) -> Diagnosis:
     return tension(test, lines(test), rng=np.random.default_rng(0))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(1, 5))
 def test_planted_nothing_is_found_to_be_nothing(seed):
     found = diagnosed(seed, compliance=0.0)
@@ -90,6 +91,7 @@ def together(machines: list[Machine], seed: int) -> Diagnosis:
 STIFF = Machine(count=600, compliance=0.0, memory=0.0, white=0.0)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("scale", [0.01, -0.01])
 def test_planted_scale_of_the_extensometer_is_named_or_in_the_group_that_no_record_parts(scale):
     """One that reads too little is a compliance that is the same in every mounting; none makes it read too much."""
@@ -103,12 +105,14 @@ def test_planted_scale_of_the_extensometer_is_named_or_in_the_group_that_no_reco
         assert "specimens of two lengths" in words
 
 
+@pytest.mark.long
 def test_planted_scale_of_the_extensometer_is_told_from_a_set_up_by_lengths():
     found = together([replace(STIFF, extensometer_scale=-0.02, length=one) for one in (0.05, 0.1, 0.2)], 6)
     assert "constant setup" not in found.possible
     assert "extensometer scale" in found.possible
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("specimens", "toe"), [(1, 0.0), (3, 5e-6)])
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_planted_compliance_of_a_few_per_cent_stands_with_the_scale_that_no_record_parts_from_it(seed, specimens, toe):
@@ -120,6 +124,7 @@ def test_planted_compliance_of_a_few_per_cent_stands_with_the_scale_that_no_reco
     assert ("toe" in found.possible) == (toe > 0)
 
 
+@pytest.mark.long
 def test_planted_effect_of_the_rate_is_named_with_its_size():
     rates = (2.0, 2.0, 20.0, 20.0, 200.0, 200.0)
     found = together([replace(STIFF, rate=one, exponent=0.03) for one in rates], 7)
@@ -129,6 +134,7 @@ def test_planted_effect_of_the_rate_is_named_with_its_size():
     assert size.value == pytest.approx(0.03, abs=3 * size.u + 0.0015)
 
 
+@pytest.mark.long
 def test_planted_no_effect_of_the_rate_is_none():
     found = together([replace(STIFF, rate=one) for one in (2.0, 2.0, 20.0, 20.0, 200.0, 200.0)], 8)
     assert (found.verdict, found.named) == ("nothing missing", ())
@@ -152,6 +158,7 @@ def test_planted_effects_are_named_and_nothing_else():
     assert (said[10.0] + said[30.0]).count("misnamed") <= 0.02 * len(said[10.0] + said[30.0])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["", "cycles"])
 def test_planted_nothing_stays_silent_in_every_noise(name):
     for seed in range(4):
@@ -178,18 +185,21 @@ def test_planted_pairs_are_named_and_what_is_unlisted_gets_no_name():
     assert said[True].count("abstained") >= 0.9 * len(said[True])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", cases.UNLISTED)
 def test_planted_unlisted_effect_gets_no_name_and_is_not_passed_over(name):
     found = cases.judged(name, 60.0, 3, rigid=True)
     assert cases.outcome(name, found, rigid=True) == "abstained", (found.verdict, found.possible)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["slack + softening", "heating + slip"])
 def test_planted_pair_is_named(name):
     found = cases.judged(name, 40.0, 5)
     assert cases.outcome(name, found, rigid=False) == "named", (found.verdict, found.possible)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("name", "kind"), [("bedding", 0.0), ("mullins", 1.0)])
 def test_planted_memory_of_the_highest_tension_has_its_size(name, kind):
     found = cases.judged(name, 60.0, 1)

@@ -35,6 +35,7 @@ def sizes(found: Diagnosis) -> dict[str, tuple[float, float]]:
             for one in cause.parameters}  # fmt: skip
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("count", [63, 120, 600])
 @pytest.mark.parametrize("curve", [mooney, exponential])
 @pytest.mark.parametrize("chosen", [Range(), WHOLE], ids=["longest", "whole"])

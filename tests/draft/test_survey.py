@@ -209,6 +209,7 @@ def displacements(path: Path) -> list[list[float]]:
     return [table.numbers["displacement"].tolist() for table in load(path).tables["tests", "decay"]]
 
 
+@pytest.mark.long
 def test_planted_groups_are_runs_and_one_of_them_may_be_stated(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -231,6 +232,7 @@ def test_refusal_of_groups_of_which_none_looks_like_a_run(tmp_path: Path) -> Non
         draft([tmp_path / "a.h5"], {})
 
 
+@pytest.mark.long
 def test_planted_sheets_are_runs(tmp_path: Path) -> None:
     from openpyxl import Workbook
 

@@ -24,6 +24,7 @@ def misses(seeds, materials):
     return np.array(missed), np.array(pulls)
 
 
+@pytest.mark.long
 def test_law_intervals_cover_small_seeded_part():
     missed, pulls = misses(range(100, 112), tuple(MATERIALS))
     # 24 intervals at 95 %: more than 5 misses have a probability of 1 in 1000.

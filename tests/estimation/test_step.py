@@ -52,6 +52,7 @@ def test_planted_step_is_found_in_every_noise(kind, size):
         assert abs(found.size - size) < 4 * found.u < size
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["white", "colour", "heavy", "coarse"])
 def test_planted_nothing_is_silent_in_every_noise(kind):
     runs = [run(kind, seed, name=str(seed)) for seed in range(20, 60)]

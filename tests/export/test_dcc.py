@@ -81,6 +81,7 @@ def test_law_nobody_is_moved_to_the_country_of_the_laboratory(findings):
     assert codes == []
 
 
+@pytest.mark.long
 def test_law_a_certificate_obeys_our_short_schema(findings):
     schemas = validation.find(SCHEMAS)
     assert schemas.version == "3.3.0"

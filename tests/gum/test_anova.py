@@ -145,6 +145,7 @@ def test_closed_form_one_factor_of_groups_that_differ_in_size() -> None:
     assert (found.dof, found["within"].dof) == (2.0, 4)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("sizes", [(2.0, 1.0, 0.5), (0.0, 0.0, 1.0), (3.0, 0.0, 1.0)])
 @pytest.mark.parametrize("way", [nested, crossed])
 def test_planted_variances_and_mean_of_groups_that_differ_in_size(way, sizes) -> None:

@@ -272,6 +272,7 @@ def test_twice_the_risk_of_a_rule_is_that_of_a_result_on_its_acceptance_limit(ru
     assert rule_risk(rule, Analytic(20.0, 0.3, dof)) == pytest.approx(outside, rel=1e-9)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("dof", [4.0, math.inf])
 @pytest.mark.parametrize("prior", [None, Prior.normal(20.0, 0.5)])
 @pytest.mark.parametrize("factor", [0.0, 0.5, 1.0])
@@ -475,6 +476,7 @@ SKEWED = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [1, 2, 3])
 @pytest.mark.parametrize("name", SKEWED)
 @pytest.mark.parametrize("limits", [Limits(lower=0.6), Limits(upper=2.5), Limits(0.3, 2.2)])

@@ -55,6 +55,7 @@ def drawn(rng, n, *, shared=0.006, between=0.0, k=9000.0):
     return y, np.diag((own * y) ** 2) + np.outer(of * y, of * y)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("n", "seed"), [(2, 1), (3, 2), (5, 3)])
 def test_planted_consistent_results_are_covered_in_95_of_100_campaigns(n, seed):
     rng = np.random.default_rng(seed)
@@ -63,6 +64,7 @@ def test_planted_consistent_results_are_covered_in_95_of_100_campaigns(n, seed):
     assert 0.03 < np.mean([not one.consistent for one in found]) < 0.07
 
 
+@pytest.mark.long
 def test_planted_scatter_between_the_methods_is_covered_where_the_results_show_it():
     rng = np.random.default_rng(4)
     found = [combine(*drawn(rng, 6, shared=0.0, between=0.04)) for _ in range(800)]

@@ -88,6 +88,7 @@ def slope(x: np.ndarray, y: np.ndarray, covariance: np.ndarray) -> float:
     return float(minimize_scalar(chi_squared, bounds=(0.1, 4.0), method="bounded", options={"xatol": 1e-8}).x)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", covariances())
 def test_twice_refits_of_a_line_with_errors_in_x_and_y(name: str) -> None:
     covariance = covariances()[name]

@@ -85,6 +85,7 @@ def test_twice_law_and_monte_carlo_agree_for_linear_models(structure):
     np.testing.assert_allclose(mc.mean, value, atol=5 * u / sqrt(mc.trials) + 1e-12)
 
 
+@pytest.mark.long
 @given(structures())
 @settings(max_examples=30, deadline=None, derandomize=True)
 def test_law_shares_of_every_structure_add_up_to_one(structure):

@@ -116,6 +116,7 @@ def every_event(action: Callable[[], None]) -> Iterator[int]:
         number += 1
 
 
+@pytest.mark.long
 def test_law_kill_at_every_step_of_replacing_a_folder_leaves_one_whole_set(tmp_path: Path) -> None:
     folder, seen = tmp_path / "tapes", []
     staging.replace_folder(folder, OLD)
@@ -292,12 +293,14 @@ def test_refusal_full_disk(home: Path) -> None:
         subprocess.run(["umount", str(disk)], check=True)
 
 
+@pytest.mark.long
 def test_refusal_limit_on_the_size_of_files(home: Path) -> None:
     limit = partial(resource.setrlimit, resource.RLIMIT_FSIZE, (2000, 2000))
     refused(run("run", home / "a", "--output", home / "out", preexec_fn=limit), "file too large")
     assert list((home / "out").iterdir()) == []
 
 
+@pytest.mark.long
 def test_refusal_read_only_folder(home: Path) -> None:
     (home / "out").mkdir()
     (home / "out").chmod(0o555)
@@ -320,6 +323,7 @@ def test_refusal_folder_above_removed_while_a_report_is_written(tmp_path: Path) 
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.long
 def test_refusal_working_folder_that_is_gone(home: Path) -> None:
     gone = home / "gone"
     gone.mkdir()
@@ -420,6 +424,7 @@ def test_law_clock_set_back_locale_and_time_zone_change_nothing(home: Path) -> N
     assert len(audit_trail.read(trail)) == 2
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("command", ["run", "report"])
 @pytest.mark.parametrize("megabytes", [100, 200, 500, 1023])
 def test_refusal_limit_of_memory_that_is_too_low_for_any_report(command: str, megabytes: int, home: Path) -> None:

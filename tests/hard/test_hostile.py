@@ -95,6 +95,7 @@ def test_refusal_any_text_of_an_expression(text: str) -> None:
         _evaluate(text)
 
 
+@pytest.mark.long
 @CHEAP
 @given(st.binary(max_size=200) | st.text('time / s,displacement\n0123456789.#"-e', max_size=200).map(str.encode))
 def test_refusal_any_file_of_readings(tmp_path_factory: pytest.TempPathFactory, content: bytes) -> None:

@@ -31,6 +31,7 @@ PROGRAMS = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", PROGRAMS)
 def test_law_nothing_is_loaded_that_is_not_needed(name: str) -> None:
     program, without = PROGRAMS[name]

@@ -113,6 +113,7 @@ def spoken(findings: Findings, *codes: str, sign: str = "comma", parts: tuple[st
     return replace(findings, campaign=campaign)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("code", "expected"), [("de", "nach dem GUM-Verfahren"), ("es", "por el método de la GUM")])
 def test_what_an_audited_figure_is_by_monte_carlo_is_said_in_the_language(code: str, expected: str):
     import metrology
@@ -205,6 +206,7 @@ def test_no_word_of_the_certificate_bypasses_the_catalogue(marked: Findings):
     assert english(spoken(marked, "de")) == set()
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("in_disguise")
 def test_no_word_of_a_whole_report_bypasses_the_catalogue(marked: Findings):
     assert english(spoken(marked, "de", parts=WHOLE)) <= KEYS
@@ -290,6 +292,7 @@ def numbers(findings: Findings) -> Counter[tuple[float, float]]:
     return Counter((one.value, one.half) for page in pages for one in page)
 
 
+@pytest.mark.long
 def test_every_number_is_the_same_in_all_languages_and_with_a_decimal_comma(marked: Findings):
     english = numbers(spoken(marked, "en", sign="point"))
     assert sum(english.values()) > 60
@@ -309,6 +312,7 @@ def figures(findings: Findings) -> Counter[str]:
     return Counter(one[0].replace("\N{NO-BREAK SPACE}", "") for text in texts for one in FIGURE.finditer(text))
 
 
+@pytest.mark.long
 def test_every_number_of_a_whole_report_is_the_same_in_all_languages(marked: Findings):
     english = figures(spoken(marked, "en", sign="point", parts=WHOLE))
     assert sum(english.values()) > 500
@@ -317,6 +321,7 @@ def test_every_number_of_a_whole_report_is_the_same_in_all_languages(marked: Fin
         assert (english - found, found - english) == (Counter(), Counter()), code
 
 
+@pytest.mark.long
 def test_a_certificate_with_decimal_commas_is_read_back_and_a_changed_digit_is_seen(marked: Findings):
     content = make(spoken(marked, "de"))["report.pdf"]
     assert "," in "".join(page.extract_text() for page in PdfReader(BytesIO(content)).pages[:1])
@@ -327,6 +332,7 @@ def test_a_certificate_with_decimal_commas_is_read_back_and_a_changed_digit_is_s
     assert printed.absent(results, printed.numbers(content)) == [results[0]["name"]]
 
 
+@pytest.mark.long
 def test_two_languages_stand_one_beneath_the_other(marked: Findings):
     page = make(spoken(marked, "de", "en"))["report.html"].decode("utf-8")
     assert '<html lang="de">' in page
@@ -356,6 +362,7 @@ def catalogues() -> dict[str, Catalog]:
     return found
 
 
+@pytest.mark.long
 def test_the_catalogues_have_every_message_and_no_other():
     known, messages = catalogues(), runpy.run_path(str(ROOT / "scripts" / "catalogue.py"))["found"]()
     for message, context in messages:

@@ -112,6 +112,7 @@ def results(folder: Path, test: str, file: str, stated: str) -> str:
     return text.replace(f'"{file}', '"FILE')
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("suffix", WORDS)
 def test_twice_an_elongation_in_another_format(suffix: str, tmp_path: Path) -> None:
     write, stated = WORDS[suffix]
@@ -145,6 +146,7 @@ def test_limit_a_file_above_the_stated_size_is_hashed_and_not_attached(tmp_path:
         assert [one.attached for one in chain.evaluate(load(path)).inputs] == [True, attached]
 
 
+@pytest.mark.long
 def test_limit_a_compressed_file_of_the_reader_s_own_library_is_read(tmp_path: Path) -> None:
     """asammdf writes compressed blocks, integers with a conversion, and a group for each rate."""
     from asammdf import MDF, Signal

@@ -162,6 +162,7 @@ def test_limit_a_channel_that_says_nothing_stands_beside_the_others_with_a_notic
 # -- attributes of HDF5 files
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("step", [0.002, np.array([0.002]), "0.002"])
 @pytest.mark.parametrize("more", [False, True])
 def test_planted_the_step_and_the_unit_of_a_dataset(step: object, more: bool, tmp_path: Path) -> None:
@@ -215,6 +216,7 @@ def test_refusal_of_a_group_beside_a_dataset(tmp_path: Path) -> None:
 # -- instants
 
 
+@pytest.mark.long
 def test_planted_nanoseconds_are_kept(tmp_path: Path) -> None:
     import pyarrow as pa
     import pyarrow.parquet as pq
@@ -269,6 +271,7 @@ def strain(path: Path) -> Table:
     return read(path, (TIME, Column("strain", "1")), stated=entry)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("heading", ["Strain [%]", "Strain", "Strain [-]"])
 @pytest.mark.parametrize("code", ["0%", "0.00%", '0.000" x"%'])
 def test_planted_a_cell_that_shows_percent_holds_a_hundredth(heading: str, code: str, tmp_path: Path) -> None:

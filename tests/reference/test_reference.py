@@ -66,6 +66,7 @@ def last_place(text):
     return 0.5 * 10.0 ** (int(exponent or 0) - len(mantissa.partition(".")[2]))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("name", "check"), list(cases()))
 def test_reference_printed_digits(findings, name, check):
     result = findings(name)

@@ -46,6 +46,7 @@ def test_law_page_1_has_logo_and_mark_in_words_and_every_page_the_footer(made: d
     assert "Letters &lt;b&gt;" in html
 
 
+@pytest.mark.long
 def test_law_a_branded_pdf_conforms(made: dict[str, bytes], tmp_path: Path) -> None:
     tool = check_pdf.jar()
     if isinstance(tool, str):

@@ -26,6 +26,7 @@ requirements:
 """
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("language", "heading"), [("en", "Requirement"), ("de", "Anforderung"), ("fr", "Exigence")])
 def test_law_the_heading_of_a_narrow_column_is_whole(language: str, heading: str, tmp_path: Path) -> None:
     (tmp_path / "campaign.yaml").write_text(TEXT % language)

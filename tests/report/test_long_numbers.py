@@ -127,6 +127,7 @@ requirements:
 """
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("last", [None, -1])
 def test_limit_a_table_with_the_global_risk_is_no_wider_than_the_page(last: int | None, tmp_path: Path) -> None:
     path = tmp_path / "campaign.yaml"
@@ -134,6 +135,7 @@ def test_limit_a_table_with_the_global_risk_is_no_wider_than_the_page(last: int 
     pages.assert_whole_rows_and_wide_columns(chain.evaluate(load(path)))
 
 
+@pytest.mark.long
 def test_law_long_numbers_stay_in_their_columns_and_are_read_back_from_the_pages(long: Findings) -> None:
     pages.assert_whole_rows_and_wide_columns(long)
     made = report.make(long)["report.pdf"]

@@ -49,6 +49,7 @@ def test_law_page_one_has_state_verdict_risks_and_what_is_open(report: Path) -> 
     assert "Linear density of the tape, from Tether Programme Office" in first
 
 
+@pytest.mark.long
 def test_law_a_complete_report_is_no_draft(report: Path) -> None:
     assert "DRAFT" not in " ".join(words(page) for page in PdfReader(report / "report.pdf").pages)
     page = (report / "report.html").read_text("utf-8")
@@ -65,6 +66,7 @@ def test_limit_a_report_that_nobody_signs_does_not_promise_to_be_issued(findings
     assert said not in named
 
 
+@pytest.mark.long
 def test_planted_a_draft_says_so_on_every_page_and_in_the_html(drafted: Path) -> None:
     pages = PdfReader(drafted / "report.pdf").pages
     for page in pages:

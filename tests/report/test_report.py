@@ -79,6 +79,7 @@ def test_law_every_section_stands_in_pdf_and_html(report: Path) -> None:
         assert title in screen, title
 
 
+@pytest.mark.long
 def test_law_page_one_has_identification_results_and_flags(report: Path) -> None:
     first = pdf_text(report)[0]
     for text in (
@@ -115,6 +116,7 @@ def test_law_empty_campaign_makes_a_whole_report(tmp_path: Path) -> None:
     assert "reconstructed" not in text.casefold()
 
 
+@pytest.mark.long
 def test_twice_same_findings_give_same_bytes_in_two_processes(report: Path, tmp_path: Path) -> None:
     code = "import sys, pathlib, findings_sample; from metrology.report import write; " + (
         "write(findings_sample.build(1, records=1), pathlib.Path(sys.argv[1]))"
@@ -247,6 +249,7 @@ def test_law_laboratory_replaces_one_template(findings: Findings, tmp_path: Path
     assert "Random numbers start from the seed 20261120" in page.text
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("drawn", [True, False])
 def test_law_installed_wheel_carries_the_templates(tmp_path: Path, *, drawn: bool) -> None:
     root = Path(__file__).parents[2]

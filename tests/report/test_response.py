@@ -34,6 +34,7 @@ def page(folder: Path) -> str:
     return (folder / "report.html").read_text("utf-8")
 
 
+@pytest.mark.long
 def test_law_response_chapter_has_estimates_inputs_correlation_verdict_and_metrics(folder: Path) -> None:
     reader = PdfReader(folder / "report.pdf")
     text = re.sub(r"\s+", " ", " ".join(part.extract_text() for part in reader.pages))

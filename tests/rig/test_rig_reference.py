@@ -37,6 +37,7 @@ def pair(material: str, effects: dict[str, float], **options: object) -> tuple[R
     return Rig(25.0, k, c, 1.5, length=3.0, effects=effects), Reference(25.0, k, c, 1.5, **named)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("material", MATERIALS)
 @pytest.mark.parametrize("thrust", [0.38, 0.62])
 @pytest.mark.parametrize("shape", ["step", "impulse"])
@@ -89,6 +90,7 @@ def test_reference_stiff_frame_of_the_aluminium_tape_to_1e_6() -> None:
     assert worst(*pair("al-1100", {"frame.compliance": 8e-6}), IMPULSE, x0=1.45) <= 1e-6
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("lag", [0.0, 0.004, 0.05])
 @pytest.mark.parametrize("cubic", [0.0, 3e4])
 @pytest.mark.parametrize("drag", [0.0, 3.0])

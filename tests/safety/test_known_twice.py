@@ -76,6 +76,7 @@ def test_planted_a_relaxation_that_contradicts_the_modulus_of_reference(folder):
     assert any("E_0 against handbook" in one.title and not one.agrees for one in findings.comparisons)
 
 
+@pytest.mark.long
 def test_planted_static_and_dynamic_stiffness_that_contradict_are_not_judged(folder):
     work = clean("decay")
     mass = work.campaign["tests"]["swing"]["mass"]
@@ -184,6 +185,7 @@ def test_planted_a_fit_that_nothing_diagnosed_and_that_leaves_more_than_noise_is
     assert "times the noise of its readings" in reasons(findings)
 
 
+@pytest.mark.long
 def test_planted_a_supported_model_without_a_result_ends_in_a_report():
     # Its diagnosis finds an oscillator that no longer swings.
     assert case("decay", "quantise", 2).outcome in ("flagged", "within 4 u")

@@ -9,6 +9,7 @@ from mutation import CAMPAIGNS, evaluated, unchanged, works
 ANY = settings(deadline=None, suppress_health_check=list(HealthCheck), derandomize=True)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", CAMPAIGNS)
 def test_limit_unchanged_campaigns_are_evaluated(name):
     findings = evaluated(unchanged(name))

@@ -209,6 +209,7 @@ def lines(folder: Path) -> list[bytes]:
     return (folder / audit_trail.NAME).read_bytes().splitlines(keepends=True)
 
 
+@pytest.mark.long
 def test_law_every_command_adds_a_line_and_none_is_changed(campaign: Path, tmp_path: Path, lab) -> None:
     text = campaign.read_text("utf-8").replace(
         "laboratory: {name", "customer: {name: C}\nlaboratory: {country: IT, name"

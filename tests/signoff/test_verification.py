@@ -75,6 +75,7 @@ def swap_attachment(writer: IncrementalPdfFileWriter) -> None:
     writer.update_container(names[place + 1]["/EF"])
 
 
+@pytest.mark.long
 def test_law_signed_report_is_good_and_its_inputs_give_it(stages, judge):
     found = judge(stages[3], rebuild=True)
     assert set(states(found).values()) == {"good"}
@@ -99,6 +100,7 @@ def test_planted_file_cut_back_to_an_earlier_signature(signed: int, stages, judg
     assert "J. Doe, head of laboratory, has not signed" in found["approver"][1]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("place", [0.1, 0.3, 0.5, 0.7, 0.9])
 def test_planted_flipped_bit_is_found(place: float, stages, judge):
     damaged = bytearray(stages[3])
@@ -121,6 +123,7 @@ def test_planted_flipped_bit_in_the_last_signature_is_found(from_end: bool, stag
     assert judge(bytes(damaged))["approver"][0] == "failed"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("change", [hide_page, drop_attachment, swap_attachment])
 @pytest.mark.parametrize("signed", [1, 3])
 def test_planted_change_after_signing_is_found(change, signed: int, stages, judge):
@@ -130,6 +133,7 @@ def test_planted_change_after_signing_is_found(change, signed: int, stages, judg
     assert "something else than signatures was added" in found["file"][1]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("change", [drop_attachment, swap_attachment])
 def test_planted_attachment_that_is_not_the_one_evaluated(change, stages, judge, report: Path, signer: Signers):
     changed = updated(stages[0], change)
@@ -139,6 +143,7 @@ def test_planted_attachment_that_is_not_the_one_evaluated(change, stages, judge,
         signoff.sign(report, "author", signer("author"))
 
 
+@pytest.mark.long
 def test_planted_foreign_certificate(stages, judge, report: Path):
     key, certificate = issue("Q. Officer", issue("Somebody's authority"))
     report.write_bytes(stages[1])
@@ -180,6 +185,7 @@ def test_planted_certificate_of_another_person(report: Path, judge):
     assert found["author"] == ("failed", "signed with the certificate of Somebody Else, who is not T. Tester")
 
 
+@pytest.mark.long
 def test_planted_results_that_the_inputs_do_not_give(evaluated, judge):
     findings, sources = evaluated
     better = replace(findings.results[0], value=findings.results[0].value * 1.01)
@@ -244,6 +250,7 @@ def test_planted_other_versions_are_never_good(evaluated, judge):
     assert judge(made["report.pdf"], rebuild=True)["results"][0] == "failed"
 
 
+@pytest.mark.long
 def test_law_report_from_results_alone_says_that_it_lacks_its_sources(evaluated, judge):
     findings, _ = evaluated
     found = judge(report.make(findings)["report.pdf"], rebuild=True)
@@ -252,6 +259,7 @@ def test_law_report_from_results_alone_says_that_it_lacks_its_sources(evaluated,
     assert found["pages"][0] == "good"
 
 
+@pytest.mark.long
 def test_law_a_report_with_the_hash_alone_of_a_file_says_so_and_is_incomplete(evaluated, judge):
     findings, sources = evaluated
     campaign, readings = findings.inputs
@@ -298,6 +306,7 @@ def test_law_attachments_are_found_where_other_programs_keep_their_list(stages, 
     assert "readings-bridge.csv" in found[0]
 
 
+@pytest.mark.long
 def test_refusal_attachments_of_another_kind(evaluated, tmp_path: Path):
     findings, sources = evaluated
     made = report.make(replace(findings, schema="somebody-elses/1"), sources=sources)

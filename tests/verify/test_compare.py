@@ -76,6 +76,7 @@ def narrow(size, rng):
     return np.sqrt(0.4) * band / band.std() + np.sqrt(0.6) * rng.standard_normal(size)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("noise", [autoregressive, narrow])
 def test_planted_noise_that_is_more_than_neighbours_show_is_validated(noise):
     """Of every channel; nobody states its size, and readings next to each other are alike in it."""
