@@ -9,7 +9,7 @@ from math import isfinite
 from typing import TYPE_CHECKING, Any
 
 from metrology.coordinate import QUANTITIES, Coordinate
-from metrology.findings import AuditRow, Comparison, Conformity, Findings, Result, TestItem
+from metrology.findings import AuditRow, Comparison, Conformity, Correlation, Findings, Result, TestItem
 from metrology.language import answers, attention, done, notices, wording
 from metrology.language.catalogue import ENGLISH, Language
 from metrology.language.display import (
@@ -42,6 +42,7 @@ NAMES = {name: output.word for method in METHODS.values() for name, output in me
 """Quantities → what they are called."""
 MARKS = {"pass": "✓", "conditional pass": "◐", "conditional fail": "✗", "fail": "✗"}
 LARGEST_MATRIX = 12
+"""Results up to which their correlation coefficients are a matrix; of more, as many pairs as it has are listed."""
 WIDEST = 9
 """Characters that a number of the table on page 1 has room for."""
 
@@ -135,6 +136,7 @@ def context(
         ],
         "compared": [(entry, *_sides(entry)) for entry in findings.comparisons],
         "matrix": matrix(findings, language),
+        "pairs": pairs(findings, language),
         "marks": MARKS,
         "sections": sections(findings),
         "sample_names": {sample.id: sample.name for sample in findings.samples},
@@ -322,7 +324,7 @@ def derived(lines: list[Line]) -> list[tuple[str, str]]:
 
 def matrix(findings: Findings, language: Language = ENGLISH) -> list[tuple[str, list[str]]]:
     """Correlation coefficients of the headline results, lower triangle; empty where they are too many for a page."""
-    results = [result for result in findings.results if result.headline] or findings.results
+    results = _main(findings)
     if len(results) > LARGEST_MATRIX:
         return []
     samples = {sample.id: sample.name for sample in findings.samples}
@@ -335,6 +337,26 @@ def matrix(findings: Findings, language: Language = ENGLISH) -> list[tuple[str, 
         name = ", ".join(filter(None, (symbol(result.quantity).replace("_n", "ₙ"), owner, method)))
         rows.append((name, ["" if r is None else f"{r:+.2f}".replace("-", "−") for r in cells] + ["1"]))
     return rows
+
+
+def pairs(findings: Findings, language: Language = ENGLISH) -> tuple[list[Correlation], str]:
+    """Pairs of the main results with the strongest correlation, and what is said of those that are not listed."""
+    names = {result.name for result in _main(findings)}
+    own = [pair for pair in findings.correlations if {pair.a, pair.b} <= names and abs(pair.coefficient) >= 0.005]
+    ranked = sorted(own, key=lambda pair: -abs(pair.coefficient))
+    most = LARGEST_MATRIX * (LARGEST_MATRIX - 1) // 2
+    if len(ranked) <= most:
+        return ranked, ""
+    further = language.count(
+        "{count} further pair, |r| at most {most:.2f}", "{count} further pairs, |r| at most {most:.2f}",
+        len(ranked) - most, most=abs(ranked[most].coefficient),
+    )  # fmt: skip
+    return ranked[:most], language.say("{pairs}: see results.json.", pairs=further)
+
+
+def _main(findings: Findings) -> Sequence[Result]:
+    """Results that page 1 shows; all where it shows none."""
+    return [result for result in findings.results if result.headline] or findings.results
 
 
 def scaled(value: float | None, unit: str) -> str:

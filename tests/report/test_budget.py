@@ -3,11 +3,12 @@ from __future__ import annotations
 from dataclasses import replace
 from itertools import combinations
 
+import findings_sample
 import pytest
 
 from metrology.findings import Correlation, Findings, Result
 from metrology.language import display, wording
-from metrology.report import budget
+from metrology.report import budget, document
 from metrology.report.equations import draw, mathtext, parted
 from metrology.report.figures.sketch import ticks
 from metrology.report.html import sentence, worded
@@ -185,3 +186,15 @@ def test_law_ticks_are_round_and_lie_within(low: float, high: float) -> None:
     assert 2 <= len(places) <= 6
     assert all(low <= place <= high for place in places)
     assert all(abs(place - float(f"{place:.{decimals}f}")) < 1e-6 * (high - low) for place in places)
+
+
+def test_law_more_results_than_a_matrix_has_are_listed_by_their_strongest_pairs() -> None:
+    few, many = (findings_sample.build(samples) for samples in (2, 4))
+    assert document.matrix(few)
+    *main, aside = (result.name for result in many.results)
+    results = tuple(replace(result, headline=result.name != aside) for result in many.results)
+    every = [Correlation(*names, (-1) ** at * 0.9 / (1 + at)) for at, names in enumerate(combinations(main, 2))]
+    many = replace(many, results=results, correlations=(Correlation(main[0], aside, 0.99), *reversed(every)))
+    assert not document.matrix(many)
+    assert document.pairs(many) == (every[:66], f"{len(every) - 66} further pairs, |r| at most 0.01: see results.json.")
+    assert document.pairs(replace(many, correlations=tuple(every[:66]))) == (every[:66], "")
