@@ -86,6 +86,7 @@ def test_law_page_1_and_the_terminal_show_the_consensus_with_its_interval(consis
     assert [text for text in (group.shown.value, group.shown.u) if text not in row] == []
 
 
+@pytest.mark.long
 def test_planted_two_results_that_differ_have_an_interval_that_says_why_it_is_wide(tmp_path, capsys):
     findings = found(tmp_path, {"dead": ("elongation", "wire", K), "pull": ("tension", "wire", 1.1 * K)})
     k = of(findings)
@@ -107,6 +108,7 @@ def test_law_pairs_of_e_that_say_what_those_of_k_say_are_not_compared(consistent
     assert [one.test for one in of(consistent, "E").members] == ["dead", "pull"]
 
 
+@pytest.mark.long
 def test_closed_form_a_certificate_that_two_tests_share_stays_in_the_consensus(tmp_path):
     """Two tests with the same weights, known to 0.2 %: their mean is not known better than that."""
     k = of(found(tmp_path, dict.fromkeys(("one", "two"), ("elongation", "wire", K))))

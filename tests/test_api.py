@@ -245,6 +245,7 @@ def test_law_notices_hold_the_checks_that_failed(folder):
     assert any(one.startswith("Check: ") and "linearity" in one for one in found.notices)
 
 
+@pytest.mark.long
 def test_law_the_examples_of_the_page_run():
     """All blocks of docs/python.md but the first, which evaluates a whole campaign."""
     page = (Path(__file__).parents[1] / "docs" / "python.md").read_text(encoding="utf-8")

@@ -123,6 +123,7 @@ def test_law_draws_and_curves_are_tables_of_pandas_and_xarray():
     assert (frame["displacement"] - frame["fit"]).std() == pytest.approx(2e-7, rel=0.1)
 
 
+@pytest.mark.long
 def test_law_a_gap_is_nan_masked_or_missing():
     gaps = MOTION.copy()
     gaps[[100, 700]] = np.nan
@@ -196,6 +197,7 @@ def test_law_times_of_day_are_stamps():
     assert found.omega_n.value == pytest.approx(100.02, rel=1e-4)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("zone", ["UTC", "Europe/Rome"])
 def test_twice_stamps_of_a_time_zone_are_those_of_utc(zone: str):
     """The clock of Rome is set back an hour in the midst of the record: one hour comes twice there."""

@@ -68,12 +68,14 @@ def correlation(findings, a, b):
     return next((entry.coefficient for entry in findings.correlations if {entry.a, entry.b} == {a, b}), 0.0)
 
 
+@pytest.mark.long
 def test_law_each_test_is_evaluated_with_the_gravity_that_it_states(found):
     tests = "tests:\n" + pull("here") + pull("there", gravity="{value: 4.90325(15) m/s^2, source: half of it}")
     k = results(found(INDICATOR, SAMPLE, tests))
     assert k["there.k"].framework.value == pytest.approx(k["here.k"].framework.value / 2, rel=1e-12)
 
 
+@pytest.mark.long
 def test_law_tests_that_state_the_same_gravity_share_it(found):
     loose = "9.81(10) m/s^2"
     tests = "tests:\n" + pull("first") + pull("second", gravity=loose) + pull("third", gravity=loose)
@@ -82,6 +84,7 @@ def test_law_tests_that_state_the_same_gravity_share_it(found):
     assert correlation(findings, "first.k", "second.k") < 0.1
 
 
+@pytest.mark.long
 def test_closed_form_a_certificate_that_states_a_share_acts_on_all_extensions_alike(found):
     certificate = "{number: C, date: 2026-01-01, expanded_uncertainty: 10 %, k: 2}"
     rough = f"  rough: {{kind: dial indicator, resolution: 0.01 mm, certificate: {certificate}}}\n"

@@ -87,6 +87,7 @@ def test_unknown_command_is_usage():
     assert stop.value.code == 2
 
 
+@pytest.mark.long
 def test_new_campaign_runs_at_once(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert main(["new", "trial"]) == 0

@@ -56,6 +56,7 @@ def test_twice_the_budget_row_of_the_rate_against_stamps_of_another_rate(tmp_pat
     assert found["omega_n"].framework.u / found["omega_n"].framework.value == pytest.approx(RATE, rel=0.02)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("known", "free", "told"),
     [

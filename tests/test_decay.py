@@ -119,6 +119,7 @@ def values(analysis, k):
     return known
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("rig", [AL, PEEK, replace(AL, frequency=40.0, zeta=0.3), replace(AL, zeta=0.02)])
 def test_closed_form_clean_decay_gives_its_damping_back(rig):
     clean = replace(rig, contaminated=False, noise=0.0)
@@ -234,6 +235,7 @@ def test_planted_coverage_over_many_campaigns():
     assert 0.9 < np.sqrt((zs[:, 0] ** 2).mean()) < 1.1
 
 
+@pytest.mark.long
 def test_twice_decrement_and_direct_fit_agree_on_many_cycles():
     found = analysed(*(record(PEEK, np.random.default_rng([4, i]), name=f"r{i}") for i in range(3)))
     for one in found.finding.records:
@@ -331,6 +333,7 @@ def test_limit_one_release_has_only_the_noise_within():
     assert "Release again" in found.finding.notes[0]
 
 
+@pytest.mark.long
 def test_law_clock_changes_frequency_and_not_damping():
     clock = Input("vibrometer.clock", 1.01, (Component("certificate", Normal(1e-4)),))
     scale = Input("vibrometer.scale", 0.0, (Component("certificate", Normal(5e-3)),))

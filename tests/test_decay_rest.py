@@ -136,6 +136,7 @@ def test_law_readings_at_rest_that_are_all_alike_are_no_measure_of_the_noise(zet
     assert found.verdict == "nothing missing"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("start", [31e-3, 33e-3])
 def test_limit_a_stop_in_whole_divisions_after_two_half_swings_is_no_step_of_the_reading(start: float) -> None:
     """Friction holds the mass beside its zero by a division or two, which readings that are all alike made certain."""

@@ -166,6 +166,7 @@ SAME = """\
 """
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("zeta", "seed"), [(0.004, 1), (0.05, 2), (0.3, 5), (0.7, 4)])
 def test_twice_decay_and_response_give_the_same_k_and_c(zeta, seed, tmp_path):
     """One record let go from rest, written for either method: one likelihood, so one answer."""

@@ -66,6 +66,7 @@ def test_closed_form_an_indicator_without_a_word_on_its_uncertainty(tmp_path: Pa
     assert sentence.startswith("indicator: no uncertainty is stated of what follows")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("without", "with_"),
     [
@@ -100,6 +101,7 @@ def let_go(folder: Path, known: str):
     return chain.evaluate(undiagnosed(written(folder, stated, runs)))
 
 
+@pytest.mark.long
 def test_twice_the_mass_of_a_response_test(tmp_path: Path):
     """k/m and c/m are what the motion shows: k follows the mass one to one."""
     before = let_go(tmp_path, "")

@@ -100,6 +100,7 @@ print(np.abs(pushed.v - v).max() < 1e-9, np.abs(swung.x - 0.1 * np.cos(2.0 * t))
 """
 
 
+@pytest.mark.long
 def test_closed_form_a_force_by_time_and_place_from_a_file_alone(tmp_path: Path) -> None:
     shutil.copytree(PACKAGE, tmp_path / "metrology", ignore=shutil.ignore_patterns("__pycache__"))
     (tmp_path / "metrology" / "effects" / "push.py").write_text(PUSH, encoding="utf-8")

@@ -90,6 +90,7 @@ def test_truth_a_deviation_of_few_groups_passes_no_limit_that_it_may_well_exceed
     assert ends == pytest.approx([(8e-6 / float(chdtri(4, p))) ** 0.5 for p in (0.025, 0.975)], rel=0.01)
 
 
+@pytest.mark.long
 def test_law_a_mean_with_a_requirement_stands_once_on_page_1_in_its_unit(tmp_path: Path) -> None:
     (tmp_path / "gauge.csv").write_text(ROWS)
     study = {"readings": "gauge.csv", "columns": {"x": "x / mm"}, "crossed": ["operator", "part"]}

@@ -31,6 +31,7 @@ def of_readings(folder: Path, values, more: str = ""):
     return evaluated(folder, text + REQUIRED.format(name="V", upper="9 V"), v=column)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("values", "why"),
     [
@@ -74,6 +75,7 @@ X = np.linspace(0.0, 10.0, 11)
 LINE = (1 + 0.5 * X + np.random.default_rng(5).normal(0.0, 0.01, 11)).round(5)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("x", "y", "at", "why"),
     [

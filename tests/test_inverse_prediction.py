@@ -110,6 +110,7 @@ derived: [{quantity: twice, expression: 2 * x0, where: {x0: cal.x0}}]
 """
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("slope", "y"), [(0.02, "1.09(10)"), (0.02, "3.0(1)"), (2.0, "10.0(1)")])
 def test_withheld_where_the_slope_is_not_significant_nothing_passes(tmp_path: Path, slope: float, y: str) -> None:
     predict = f"{y}}}]\n{WIDE}#"

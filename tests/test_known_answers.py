@@ -195,6 +195,7 @@ requirements:
 """
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_closed_form_a_quotient_without_moments_has_the_median_and_u_by_its_interval(tmp_path: Path, seed: int):
     """E = 2960/(8 + t₂): 1/E is Student's, so that every quantile is known; the mean of the draws does not exist."""

@@ -182,6 +182,7 @@ def test_limit_the_time_of_the_ramp_does_not_count():
     assert fast["k_t"] == pytest.approx(slow["k_t"], rel=1e-3)
 
 
+@pytest.mark.long
 def test_twice_uneven_stamps_give_what_even_ones_give():
     even = analysed(replace(Held(), read_noise=0.01))
     dense = [np.arange(0.0, 20.0, 0.02), np.arange(20.0, 605.0, 0.5)]
@@ -276,6 +277,7 @@ def test_law_a_division_that_only_the_readings_show_is_part_of_u(stated):
     assert max(rounded) == pytest.approx(0.25 / np.sqrt(3) / np.ptp(found["elongation"]), rel=0.01)
 
 
+@pytest.mark.long
 def test_planted_creep_gives_the_compliance():
     one = Held(load=True, stiff=5e-5, levels=(50.0, 100.0), holds=(300.0, 600.0), read_noise=1e-6, parts=(0.1, 0.06),
                times=(5.0, 80.0), memory=0.3, white=0.5)  # fmt: skip
@@ -342,6 +344,7 @@ def test_planted_a_small_slip_is_said_with_its_time_and_size(seed, colour):
     assert float(time) == pytest.approx(120, abs=2)
 
 
+@pytest.mark.long
 def test_planted_branches_that_one_specimen_does_not_tell_apart_are_said():
     """Both have one form, which the first supports; the second is read with ten times its noise."""
     mountings = []
@@ -428,6 +431,7 @@ def test_planted_a_stiffness_that_changes_is_said_also_of_a_step_between_reading
     assert "stiffens" in between(replace(BETWEEN, stiffens=0.03), 1)["linearity over the levels"]
 
 
+@pytest.mark.long
 def test_planted_a_compliance_that_changes_with_the_load_is_said():
     one = replace(LEVELS, load=True, stiff=5e-5, levels=(60.0, 100.0), read_noise=1e-6, stiffens=0.03)
     assert "softens" in failed(analysed(one))["linearity over the levels"]
@@ -568,6 +572,7 @@ def test_planted_a_load_before_the_record_is_said():
     assert "loaded before the record" in wrong["rest before the ramp"]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("flow", "check"), [(2e-9, "drift or relaxation"), (5e-8, "duration")])
 def test_planted_a_steady_flow_has_no_equilibrium(flow, check):
     """A little is a drift; what grows by as much as the answer itself is fitted by a branch without an end."""
@@ -575,6 +580,7 @@ def test_planted_a_steady_flow_has_no_equilibrium(flow, check):
     assert "flow" in failed(analysed(one))[check]
 
 
+@pytest.mark.long
 def test_planted_backlash_fails_a_check():
     found = analysed(Held(backlash=1e-4, before=20.0))
     assert "residuals" in failed(found)
@@ -661,6 +667,7 @@ def test_planted_readings_of_the_input_that_were_held_or_coarse_are_said(load, w
     assert words in found.sentence
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("limit", "passed"), [(78.0, False), (99.0, True)])
 def test_planted_a_cell_that_reads_its_largest_force_for_ever_is_said(limit, passed):
     """98 N at first, 80 N at the end: a cell that ends at 78 N reads nothing else; one at 99 N is never reached."""
@@ -756,6 +763,7 @@ def test_limit_a_linear_strip_with_an_offset_keeps_its_ramp(seed):
     assert estimates(found)["k_t"] == pytest.approx(planted.at(20.0), rel=0.01)
 
 
+@pytest.mark.long
 def test_limit_a_ramp_that_bends_by_a_hundredth_is_kept():
     assert check_of(held_at(Bent(bend=0.01).record(np.random.default_rng(2)), 20.0), "linearity on the ramp").passed
 
@@ -792,6 +800,7 @@ def test_planted_creep_on_a_ramp_that_bends_gives_the_compliance_at_the_level():
     assert estimates(analysis)["k_t"] == pytest.approx(1e4 * 5e-3 / (1e-4 * 2e3 * 5e-3), rel=0.01)
 
 
+@pytest.mark.long
 def test_planted_a_zero_that_jumps_as_the_ramp_begins_fails_a_check():
     """The cell was knocked after its first reading: the fit takes 0.2 N for its zero, that reading says none."""
     one = Bent(bend=0.0, offset=0.0).record(np.random.default_rng(1))
@@ -806,6 +815,7 @@ def test_planted_a_zero_that_jumps_as_the_ramp_begins_fails_a_check():
     assert read - value > 20 > 2 * u
 
 
+@pytest.mark.long
 def test_law_a_wide_uncertainty_does_not_excuse_an_equilibrium_above_every_reading():
     one = Bent(bend=0.0, before=10.0).record(np.random.default_rng(1))
     mounting = Mounting("a", one["time"], one["force"], one["elongation"])
@@ -869,6 +879,7 @@ def test_law_the_division_of_what_was_imposed_counts_over_its_step():
         assert moved == pytest.approx(1.0 if each.name in ("t.relaxed", "t.alpha") else 1.01)
 
 
+@pytest.mark.long
 def test_law_relaxation_and_creep_of_one_sample_are_told_apart(tmp_path):
     creep = Held(load=True, stiff=5e-5, levels=(100.0,), holds=(100.0,), read_noise=1e-6, rate=20.0)
     path = written(tmp_path, CROSSHEAD + "    held: load\n", {"a": record(creep, np.random.default_rng(1))})
@@ -891,6 +902,7 @@ def test_law_what_the_methods_page_shows_runs(tmp_path):
     assert "C − C_0" in found.tests[0].finding.equations[1]
 
 
+@pytest.mark.long
 def test_law_the_set_up_is_taken_off(tmp_path):
     one = replace(SHORT, compliance=5e-6)
     stated = CROSSHEAD.replace("0(1) nm/N", "5.00(1) um/N")
@@ -899,6 +911,7 @@ def test_law_the_set_up_is_taken_off(tmp_path):
     assert found["k_inf"].value == pytest.approx(1.6e4, rel=2e-3)
 
 
+@pytest.mark.long
 def test_law_a_crosshead_alone_bars_verdicts(tmp_path):
     alone = "    instruments: {force: cell, crosshead: machine}\n"
     more = "requirements:\n  - {id: R1, text: stiff, quantity: hold.k_inf, source: S-1, limits: {lower: 1 kN/m}, "
@@ -1174,6 +1187,7 @@ def test_law_the_starter_of_a_relaxation_runs_and_passes(tmp_path):
     assert [one.verdict for one in found.conformity] == ["pass"]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("held", ["elongation", "load"])
 def test_planted_a_file_in_which_something_is_held_is_imported_as_a_relaxation(held, tmp_path):
     one = SHORT if held == "elongation" else replace(SHORT, load=True, stiff=5e-5, levels=(100.0,), read_noise=1e-6)

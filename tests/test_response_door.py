@@ -17,6 +17,7 @@ from metrology.findings import from_json
 from metrology.rig import engines
 
 
+@pytest.mark.long
 def test_planted_spring_let_go_without_thrust_and_with_position_alone(tmp_path):
     """Free decay of a line attached both ways, x = A·e^(−δt)·(cos ωt + δ/ω·sin ωt), from an initial state."""
     rng, runs = np.random.default_rng(1), []
@@ -223,6 +224,7 @@ def test_refusal_a_fit_without_an_answer_is_a_sentence_in_the_report_and_status_
         assert page.count("the fit is not converged within 25 steps") >= 2
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("u", "fails"), [("0.1 mm", True), ("5 mm", False)])
 def test_planted_a_stated_input_that_the_runs_contradict_fails_a_check(u: str, fails: bool, tmp_path) -> None:
     """A line that is taut 5 mm from where it is stated; no diagnosis takes it into the model."""

@@ -160,6 +160,7 @@ def test_twice_u_of_the_model_as_stated_is_by_the_way_of_the_result():
     assert u == pytest.approx(0.1 * 2**0.5, rel=0.03)
 
 
+@pytest.mark.long
 def test_limit_nothing_planted_leaves_the_stated_model(tmp_path):
     findings = campaign(tmp_path, truth.MATERIALS["al-1100"], 5, limit=0.8 * K)
     assert findings.diagnosis[0].verdict == "nothing missing"
@@ -171,6 +172,7 @@ SWAY = replace(truth.MATERIALS["al-1100"], sway=1.5e-4)
 """An effect in nobody's table."""
 
 
+@pytest.mark.long
 def test_planted_no_verdict_passes_an_unlisted_effect(tmp_path):
     findings = campaign(tmp_path, SWAY, 2, limit=0.5 * K)
     assert findings.diagnosis[0].verdict in ("unexplained", "explained in the main", "not finished")
@@ -196,6 +198,7 @@ def test_law_a_failed_check_is_accepted_by_a_person_with_a_reason(tmp_path):
     assert len(findings.conformity[0].accepted) == len(names)
 
 
+@pytest.mark.long
 def test_limit_an_acceptance_of_what_did_not_fail_is_said(tmp_path):
     extra = "    accepted: [{check: diagnosis, reason: none, by: A. Smith}]\n"
     findings = campaign(tmp_path, truth.MATERIALS["al-1100"], 5, extra=extra)

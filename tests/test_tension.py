@@ -181,6 +181,7 @@ def test_closed_form_of_several_lengths(tmp_path):
     assert found["k"].framework.value == pytest.approx(2.0e7, rel=1e-7)
 
 
+@pytest.mark.long
 def test_closed_form_of_strength_and_strain_at_break(tmp_path):
     records = {name: pull(replace(CLEAN, breaks=True, most=most), np.random.default_rng(1))
                for name, most in (("a", 4000.0), ("b", 4100.0))}  # fmt: skip
@@ -347,6 +348,7 @@ def test_planted_a_strain_that_is_more_than_the_crosshead_moves_is_named(tmp_pat
     assert "a: " not in check.sentence
 
 
+@pytest.mark.long
 def test_planted_an_outlying_specimen_is_named(tmp_path):
     rng = np.random.default_rng(7)
     records = {name: pull(replace(Machine(), EA=EA), rng) for name, EA in

@@ -329,6 +329,7 @@ def test_law_value_and_uncertainty_survive_the_way_there_and_back(number: Decima
     assert convert(quantity.u or 0.0, symbol) == pytest.approx(u * 1e-6, rel=1e-14)
 
 
+@pytest.mark.long
 @settings(deadline=None)
 @given(st.one_of(st.text(max_size=120), st.text(alphabet="0123456789.eE+-±()/*^·% mNkgs°C²⁻,_", max_size=110)))
 def test_law_any_text_gives_a_quantity_or_the_one_error(text: str) -> None:

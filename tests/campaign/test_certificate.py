@@ -191,6 +191,7 @@ def test_reference_degrees_of_freedom_follow_from_k(k: str, p: str, dof: float |
     assert found.dof == (None if dof is None else pytest.approx(dof, rel=0.05))
 
 
+@pytest.mark.long
 def test_twice_our_own_export_is_read_back(campaign, folder: Path) -> None:
     from metrology.export.dcc import certificate
 

@@ -120,6 +120,7 @@ def test_twice_schema_and_documentation_are_those_in_docs() -> None:
     assert (ROOT / "docs" / "campaign.md").read_text(encoding="utf-8") == reference()
 
 
+@pytest.mark.long
 def test_twice_good_campaign_by_the_json_schema(folder: Path) -> None:
     jsonschema.Draft202012Validator.check_schema(schema())
     jsonschema.Draft202012Validator(schema()).validate(_as_editor(CAMPAIGN))

@@ -56,6 +56,7 @@ def kinds(made):
     return [(one.verdict, one.candidates[0].kind, one.candidates[0].title) for one in made]
 
 
+@pytest.mark.long
 def test_planted_rate_dependence_is_found_with_its_size():
     rng = np.random.default_rng(1)
     made = [explain(five(rng, lambda _, t: t**-0.02), "k") for _ in range(20)]
@@ -132,6 +133,7 @@ def test_limit_one_line_does_not_distinguish_compliance_from_a_wrong_scale():
     assert "A off in t0, t1" in made.sentence
 
 
+@pytest.mark.long
 def test_twice_the_evidence_against_an_integral_of_scipy():
     """The same by the density of differences from the first result, which is blind to the value of the sample."""
     rows = five(np.random.default_rng(8), lambda i, _: 1.03 if i == 1 else 1.0)

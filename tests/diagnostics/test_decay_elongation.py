@@ -65,6 +65,7 @@ def test_planted_toe_and_curve_that_each_explain_little_are_found_together():
     assert {"toe", "curvature"} <= set(found.possible)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("one", "other"), [(0, 1), (1, 3)])
 def test_planted_two_loads_that_were_exchanged_are_named(one, other):
     test = stretched("al-1100", 70211, {})
@@ -76,6 +77,7 @@ def test_planted_two_loads_that_were_exchanged_are_named(one, other):
     assert found.named == ("exchange",)
 
 
+@pytest.mark.long
 def test_planted_indicator_at_the_end_of_its_span_is_named():
     test = stretched("al-1100", 70212, {})
     values = sorted(reading.value for reading in test.readings)
@@ -247,6 +249,7 @@ def amounts(posed: Decay) -> dict[str, float]:
     return {one.size.name: one.amount(scales) for one in DECAY.values() if one.size.name in FORCES}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", [one.size.name for one in DECAY.values() if one.size.name in FORCES])
 def test_limit_every_force_of_a_decay_vanishes_at_its_null_and_acts_beside_it(name):
     posed = Decay(decayed("peek", 1, {}, count=2)[0])
@@ -324,6 +327,7 @@ def test_planted_scale_of_a_sensor_that_bends_is_named_and_no_spring(order, bend
     assert c.after == pytest.approx(0.3, abs=3 * c.u_after)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("springs", "named"), [((0.06, 0.0), "even stiffness"), ((0.0, -0.02), "cubic")])
 def test_planted_spring_that_bends_is_named_and_no_sensor(springs, named):
     found = decay(sensed(0, (0.0, 0.0), springs, 2), rng=np.random.default_rng(2))
@@ -413,6 +417,7 @@ def test_planted_initial_tension_is_named_in_loading_and_unloading():
     assert abs(found.supported.values[at] - 1.0 / truth.k) < 3 * found.supported.u[at]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("planted", [{}, {"drift": 3e-5}])
 def test_limit_loads_that_only_rise_cannot_show_a_drift(planted):
     found = elongation(stretched("nylon", 5, {**truth_elongation.SPRING, **planted}), rng=np.random.default_rng(5))
@@ -475,6 +480,7 @@ def test_planted_friction_that_differs_with_the_angle_is_still_friction_beside_a
     assert {"cubic", "friction"} <= set(found.named)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("material", "name"), [("peek", "creep"), ("spectra", "toe"), ("nylon", "slip")])
 def test_planted_fault_of_an_elongation_is_among_the_possible_ones(material, name):
     found = elongation(stretched(material, 6, {name: size(material, name, 20)}), rng=np.random.default_rng(6))
@@ -691,6 +697,7 @@ def test_planted_line_near_a_decay_that_it_outlasts_is_named():
     assert (found.verdict, found.named) == ("explained", ("other",))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("zeta", [0.3, 0.6])
 def test_planted_nothing_in_a_heavily_damped_decay_is_found_to_be_nothing(zeta):
     rng, m, k, rate = np.random.default_rng(8), 1.0, 1900.0, 2000.0

@@ -66,6 +66,7 @@ def test_law_a_missing_force_is_that_on_the_motion_itself(plain, effects):
     assert most[0] == pytest.approx(most[1], rel=0.04)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("law", "parameter"), [("tension of elongation", "k"), ("tension of rate of elongation", "c")])
 @pytest.mark.parametrize("effects", [{}, {"clock.T": 0.08, "cell.gain": 1.1}], ids=["plain", "cell"])
 def test_limit_a_pull_that_is_straight_in_what_it_depends_on_is_a_change_of_k_or_c(law, parameter, effects):

@@ -45,6 +45,7 @@ def test_planted_friction_is_named_though_the_base_model_loses_the_motion(runs):
     assert max(gain.after for gain in found.gain.values()) < 1.05
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("far", [0.6, 1.5])
 def test_law_a_fit_from_far_off_ends_where_one_from_nearby_does(far):
     measured = runs_of(truth_of("nylon"), 3, tests=SHORT)

@@ -118,6 +118,7 @@ def test_planted_late_clock_is_named_under_readings_of_a_coarse_division(tmp_pat
     assert abs(k.value - true) < 3 * k.u
 
 
+@pytest.mark.long
 def test_planted_clamp_that_slips_in_some_repeats_is_within_the_interval(tmp_path: Path):
     """Far off where the difference between the repeats was left out of k: their slopes differ by some per cent."""
     found, k, true = result("unlisted", "stick-slip clamp", tmp_path)

@@ -212,6 +212,7 @@ def test_planted_memory_of_the_highest_tension_has_its_size(name, kind):
     assert amount.value == pytest.approx(planted, rel=0.1)
 
 
+@pytest.mark.long
 def test_law_one_loading_cannot_test_what_depends_on_history():
     found = diagnosed(0)
     untestable = {one.effect: one.sentence for one in found.causes if one.verdict == "not testable"}
@@ -219,6 +220,7 @@ def test_law_one_loading_cannot_test_what_depends_on_history():
     assert "the records have one loading, at one rate" in untestable["memory"]
 
 
+@pytest.mark.long
 def test_law_a_named_cause_says_in_which_specimen_it_acts():
     found = diagnosed(0, extensometer_slip=4e-5)
     words = {one.effect: one.sentence for one in found.causes}

@@ -46,6 +46,7 @@ def test_law_a_curve_that_softens_evenly_has_no_step(curve, count, chosen):
     assert all(u < abs(value) for value, u in sizes(found).values())
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("count", [63, 120])
 @pytest.mark.parametrize("seed", range(3))
 def test_law_a_spring_that_is_pulled_by_hand_has_no_step_and_its_stiffness(count, seed):

@@ -57,6 +57,7 @@ def imported(folder: Path, files: list[str], **given: str) -> Path:
     return path
 
 
+@pytest.mark.long
 def test_planted_the_slope_of_a_german_workbook_is_found_without_a_word(tmp_path: Path) -> None:
     exports.german_workbook(tmp_path / "Messung.xlsx")
     path = imported(tmp_path, ["Messung.xlsx"])

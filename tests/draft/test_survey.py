@@ -223,6 +223,7 @@ def test_planted_groups_are_runs_and_one_of_them_may_be_stated(
     assert displacements(tmp_path / "b.yaml") == [second]
 
 
+@pytest.mark.long
 def test_refusal_of_groups_of_which_none_looks_like_a_run(tmp_path: Path) -> None:
     import h5py
 

@@ -74,6 +74,7 @@ def test_closed_form_correlation_length_of_an_autoregressive_series():
     assert correlation_length(kicks) == pytest.approx(1.0, abs=0.02)
 
 
+@pytest.mark.long
 def test_law_covariance_holds_for_slow_noise():
     """The estimate of a level under autocorrelated noise scatters as the sandwich says, not as white noise would."""
     rng = np.random.default_rng(7)

@@ -17,6 +17,7 @@ def nylon():
     return runs, fit(stated("nylon"), runs, priors=PRIORS)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("material", MATERIALS)
 def test_planted_stiffness_and_damping_are_found(material):
     found = fit(stated(material, on_k=0.75), runs_of(truth_of(material), 5), priors=PRIORS)
@@ -49,6 +50,7 @@ def test_law_sources_add_up_to_the_covariance(nylon):
     assert sum(shares(found, "k").values()) == pytest.approx(1.0)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["thrust.gain", "free_length.shift", "cell.gain"])
 def test_twice_sensitivity_to_a_known_input_against_a_refit(name):
     """The row of a known input in the budget is what a refit with that input shifted does."""

@@ -43,6 +43,7 @@ def cleaned(runs):
     return without(rig, runs, ("k", "c"), [Prior("start.x", per_run=2e-3), Prior("start.v", per_run=0.02)])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("kind", "size"), [("white", SIZE), ("colour", 1.6 * SIZE), ("heavy", SIZE), ("coarse", SIZE)])
 def test_planted_step_is_found_in_every_noise(kind, size):
     for seed in range(10):
@@ -84,6 +85,7 @@ def kicked(t, x, v):
     return x + 0.5 * late**2, v + 1.0 * late
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("change", [lost, spiked, curved, kicked])
 def test_planted_other_faults_are_no_step(change):
     runs = [run("white", seed, name=str(seed), change=change) for seed in range(10)]

@@ -445,6 +445,7 @@ def independent_risks(prior, errors, limits: Limits, accepted: Limits) -> tuple[
     return float((mass * (1 - rejected))[~inside].sum()), float((mass * rejected)[inside].sum())
 
 
+@pytest.mark.long
 def test_twice_global_risks_of_a_t_distributed_result() -> None:
     """U = 0.4 with ν = 4: a normal error of the same u says 1.00 % and 3.78 % where 1.10 % and 5.20 % are right."""
     u = 0.4 / stats.t.ppf(0.975, 4)

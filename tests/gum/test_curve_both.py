@@ -42,6 +42,7 @@ def test_twice_parameters_and_information_by_all_true_x() -> None:
     assert regression.by_information(fit).covariance == pytest.approx(information, rel=1e-5)
 
 
+@pytest.mark.long
 def test_twice_the_propagated_covariance_by_moving_every_point() -> None:
     columns = []
     for index in range(20):
@@ -56,6 +57,7 @@ def test_twice_the_propagated_covariance_by_moving_every_point() -> None:
     assert abs(fit.u[2] / regression.by_information(fit).u[2] - 1) > 0.01
 
 
+@pytest.mark.long
 def test_law_draws_have_the_covariance_that_was_asked_for() -> None:
     fit = regression.curve_both(Expression.parse(PARABOLA), X, Y, start=START, u_x=0.01, u_y=0.02)
     for one in (fit, regression.by_information(fit)):
@@ -75,6 +77,7 @@ def test_limit_of_a_line_and_of_exact_x() -> None:
     assert fitted(1e-7).u == pytest.approx(plain.u, rel=1e-4)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [1, 6, 7, 13, 17, 28, 39])
 def test_twice_a_curve_that_turns_within_the_uncertainty_of_x(seed: int) -> None:
     """Near a crest the slope vanishes, and steps of Gauss and Newton alone go round it."""

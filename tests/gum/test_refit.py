@@ -120,6 +120,7 @@ def test_limit_of_linear_estimators_the_covariance_says_it_all() -> None:
         assert regression.knowledge(fit, "cal").redrawn == ()
 
 
+@pytest.mark.long
 def test_law_draws_about_the_adjusted_points_have_the_covariance_of_iso_28037_and_others_the_propagated_one() -> None:
     # Small uncertainties and large residuals: the two covariances differ, and the refits are nearly linear.
     fit = regression.line(X, [0, 4, -1, 5, 1, 6], u_x=0.02, u_y=0.02)

@@ -42,6 +42,7 @@ def test_closed_form_sum_difference_and_weighted_difference():
         assert sum(row.share for row in one.budget) == pytest.approx(1.0)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("distribution", [Rectangular, Normal, lambda size: Student(size, 4.0)])
 def test_twice_a_cause_that_is_an_input_of_its_own_gives_the_same(distribution):
     cause = shared(distribution(0.1), dof=4.0 if isinstance(distribution(0.1), Student) else float("inf"))

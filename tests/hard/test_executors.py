@@ -140,6 +140,7 @@ def at_work(dask_scheduler):
     return [state.name for state in dask_scheduler.workers.values() if state.processing]
 
 
+@pytest.mark.long
 def test_refusal_no_scheduler():
     soon = config.set({"distributed.comm.timeouts.connect": "1s"})
     with soon, pytest.raises(MetrologyError, match=r"--scheduler: got tcp://127.0.0.1:1, where no scheduler answers"):

@@ -215,6 +215,7 @@ def pdf(results: bytes, catalog: bytes = b"", *, lost: int = 0) -> bytes:
     return content + table + b"trailer\n<</Size 5/Root 1 0 R>>\nstartxref\n%d\n%%%%EOF\n" % len(content)
 
 
+@pytest.mark.long
 def test_refusal_pdf_whose_attachment_is_a_bomb(tmp_path: Path) -> None:
     """A stream of 300 MB in 300 kB."""
     (tmp_path / "report.pdf").write_bytes(pdf(b"0" * (300 << 20)))

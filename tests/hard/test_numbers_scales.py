@@ -221,6 +221,7 @@ def decayed(size: float = 1.0, speed: float = 1.0, offset: float = 0.0) -> Any:
     return decay.analyse(DecayTest("d", records, Input("d.mass", 1.2, (), "kg"), "d.k", mains=50.0 * speed))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("size", "speed", "offset"),
     [(2.0**-100, 1.0, 0.0), (2.0**100, 1.0, 0.0), (1.0, 2.0**-5, 0.0), (1.0, 2.0**30, 0.0), (1.0, 1.0, 1e9)],

@@ -217,6 +217,7 @@ def test_refusal_of_a_unit_that_contradicts_the_metadata(tmp_path: Path) -> None
     )
 
 
+@pytest.mark.long
 def test_refusal_of_several_groups_names_them(tmp_path: Path) -> None:
     import h5py
 

@@ -198,6 +198,7 @@ def test_planted_a_matrix_has_one_unit_a_column(tmp_path: Path) -> None:
     assert refusal(tmp_path / "a.h5").startswith(": got 2 units of 3 columns in 'run'; expected one, or one each")
 
 
+@pytest.mark.long
 def test_refusal_of_a_step_that_is_no_number(tmp_path: Path) -> None:
     for step in ("fast", float("nan"), np.array([0.001, 0.002])):
         hdf5(tmp_path / "a.h5", displacement={"units": "mm", "dt": step})

@@ -97,6 +97,7 @@ def test_refusal_hostile_names_stay_text(screen: str, folder: Path) -> None:
         assert json.loads(data)["panels"]
 
 
+@pytest.mark.long
 def test_law_every_plot_of_a_diagnosis_stands_in_the_page_with_words(diagnosed: Findings, screen: str) -> None:
     plots = draw(diagnosed)
     keys = [key for key in plots if key.startswith("diagnosis/")]

@@ -33,6 +33,7 @@ def drafted(findings: Findings, tmp_path_factory: pytest.TempPathFactory) -> Pat
     return folder
 
 
+@pytest.mark.long
 def test_law_page_one_has_state_verdict_risks_and_what_is_open(report: Path) -> None:
     first = words(PdfReader(report / "report.pdf").pages[0])
     for said in (
@@ -57,6 +58,7 @@ def test_law_a_complete_report_is_no_draft(report: Path) -> None:
     assert 'class="draft-banner"' not in page
 
 
+@pytest.mark.long
 def test_limit_a_report_that_nobody_signs_does_not_promise_to_be_issued(findings: Findings) -> None:
     said = "Complete, but not to be issued: the campaign names nobody who signs"
     assert said in text(findings)
@@ -108,6 +110,7 @@ def test_reference_the_overall_verdict_is_the_worst(
     assert quality.overall(replace(findings, conformity=entries, unjudged=unjudged)) == expected
 
 
+@pytest.mark.long
 def test_law_an_amended_report_names_the_one_that_it_replaces(findings: Findings) -> None:
     older = Replaced("TR-2026-000", "2026-11-01", "mass of the plate corrected")
     page = text(replace(findings, campaign=replace(findings.campaign, replaces=older)))

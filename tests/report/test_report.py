@@ -239,6 +239,7 @@ def test_law_pdf_is_tagged_and_names_language_and_title(report: Path) -> None:
     assert PdfReader(report / "report.pdf").metadata["/Title"].startswith("Test report TR-2026-001")
 
 
+@pytest.mark.long
 def test_law_laboratory_replaces_one_template(findings: Findings, tmp_path: Path) -> None:
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "references.html").write_text(

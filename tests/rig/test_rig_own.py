@@ -85,6 +85,7 @@ def by_scipy(rig: Rig, t: Array, x0: float, force: float, start: float) -> Array
     return out
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("names", "k", "c"), [(["air"], 167.64, 8.0), (["magnet"], 1810.91, 0.37), (["air", "magnet"], 753.33, 35.0)]
 )

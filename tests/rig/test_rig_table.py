@@ -84,6 +84,7 @@ def test_law_a_base_motion_compiles_nothing() -> None:
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
+@pytest.mark.long
 def test_law_without_a_compiler_every_effect_still_runs() -> None:
     code = (
         "import sys; sys.modules['numba'] = None; from metrology.rig import *;"

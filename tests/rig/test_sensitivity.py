@@ -233,6 +233,7 @@ def test_twice_stamps_of_their_own_and_common_ones() -> None:
     np.testing.assert_allclose(part.T, whole.T[::2], rtol=0, atol=1e-9 * np.abs(whole.T).max())
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("shift", [0.0, 2e-3])
 @pytest.mark.parametrize(
     "effects",

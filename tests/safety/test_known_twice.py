@@ -46,6 +46,7 @@ def test_limit_what_agrees_is_judged(method, folder):
     assert [one.verdict for one in findings.conformity] == ["pass", "pass"]
 
 
+@pytest.mark.long
 def test_planted_masses_in_another_unit_contradict_the_modulus_of_reference(folder):
     work = clean("elongation")
     for load_ in work.campaign["tests"]["pull"]["loads"].values():
@@ -55,6 +56,7 @@ def test_planted_masses_in_another_unit_contradict_the_modulus_of_reference(fold
     assert "Likely: g for kg" in reasons(findings)
 
 
+@pytest.mark.long
 def test_limit_a_reference_that_is_off_as_handbooks_are_bars_nothing(folder):
     work = clean("elongation")
     reference = work.campaign["samples"]["tape"]["references"]["E"]
@@ -93,6 +95,7 @@ def _stamps(work: Work, names, factor: float) -> Work:
     return work
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("factor", "slip"), [(0.5, "a sampling rate off by two"), (1000.0, "ms for s")])
 def test_refusal_a_frequency_far_off_the_static_one(factor, slip, folder):
     work = clean("decay")
@@ -101,6 +104,7 @@ def test_refusal_a_frequency_far_off_the_static_one(factor, slip, folder):
     assert f"tests.swing.readings, {work.raw[0]}: got an oscillation" in text
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("factor", [0.001, 1000.0])
 def test_refusal_files_of_one_run_that_last_far_from_alike(factor, folder):
     text = refused(_stamps(clean("response"), ["step-cell.csv"], factor), folder)
@@ -115,6 +119,7 @@ def test_refusal_one_release_at_another_frequency_than_the_others(folder):
     assert "as in the other releases" in text
 
 
+@pytest.mark.long
 def test_refusal_free_fall_that_is_nowhere_on_earth(folder):
     work = clean("elongation")
     work.campaign["tests"]["pull"]["gravity"] = "98.065 m/s^2"
@@ -132,6 +137,7 @@ def test_refusal_a_section_that_the_linear_density_contradicts(factor, folder):
     assert "check the section and the units" in refused(work, folder)
 
 
+@pytest.mark.long
 def test_refusal_a_density_of_no_material(folder):
     work = clean("elongation")
     sample = work.campaign["samples"]["tape"]

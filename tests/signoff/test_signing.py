@@ -88,6 +88,7 @@ def test_refusal_campaign_names_nobody(campaign: Path, signer: Signers, tmp_path
     )
 
 
+@pytest.mark.long
 def test_refusal_draft(campaign: Path, signer: Signers, tmp_path: Path):
     folder = tmp_path / "campaign"
     shutil.copytree(campaign.parent, folder)

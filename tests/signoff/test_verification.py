@@ -114,6 +114,7 @@ def test_planted_flipped_bit_is_found(place: float, stages, judge):
         assert "the bytes that it covers are not those that were signed" in found["author"][1]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("from_end", [False, True])
 def test_planted_flipped_bit_in_the_last_signature_is_found(from_end: bool, stages, judge):
     damaged = bytearray(stages[3])
@@ -329,6 +330,7 @@ def rename_author(writer: IncrementalPdfFileWriter) -> None:
     writer.update_root()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("change", [retitle, rename_author])
 def test_planted_another_title_or_author_of_the_file_behind_the_signatures(change, stages, judge) -> None:
     found = judge(updated(stages[3], change))

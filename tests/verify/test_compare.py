@@ -45,6 +45,7 @@ def autoregressive(size, rng, phi=0.5):
     return np.sqrt(1 - phi**2) * lfilter([1.0], [1.0, -phi], rng.standard_normal(size))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["colour", "spikes"])
 def test_planted_noise_of_its_own_colour_and_single_spikes_are_validated(kind):
     """In place of white noise, of the size that is stated."""
@@ -91,6 +92,7 @@ def test_planted_noise_that_is_more_than_neighbours_show_is_validated(noise):
     assert judged.verdict == "validated within u_val", judged.sentence
 
 
+@pytest.mark.long
 def test_planted_friction_is_not_validated():
     wrong = verified(truth_of("nylon", friction=5e-3), 21)
     assert wrong.verdict == "not validated"
@@ -127,6 +129,7 @@ def test_law_screen_holds_every_reading_and_paper_the_extremes_of_it(right):
             assert np.nanmax(trace(whole)["measured"]) == max(known)
 
 
+@pytest.mark.long
 def test_planted_right_law_with_a_delay_beats_a_wrong_law_with_a_better_score():
     """Dry friction against viscous damping of a swing on a taut line: the wrong law fits the delayed run better by
     RMS, and is refused all the same; the right law takes the delay into the clock, and is validated."""
