@@ -1141,6 +1141,16 @@ def test_refusal_of_readings_that_push(tmp_path):
     assert caught.value.faults[0].got == "a force that falls as the stretch grows"
 
 
+def test_refusal_of_a_set_up_that_gives_way_by_more_than_was_read(tmp_path):
+    """The stretch of the specimen would fall as its force grows: k was negative."""
+    stated = CROSSHEAD.replace("0(1) nm/N", "80(1) um/N")
+    with pytest.raises(MetrologyError) as caught:
+        load(written(tmp_path, stated, {"a": record(SHORT, np.random.default_rng(1))}))
+    (fault,) = caught.value.faults
+    assert re.fullmatch(r"5\d\.\d um/N of specimen and set-up together, and a set-up of 80 um/N", fault.got)
+    assert "setup_compliance" in fault.expected
+
+
 def test_refusal_of_a_handful_of_readings(tmp_path):
     one = {name: part[:10] for name, part in record(replace(SHORT, before=0.0), np.random.default_rng(1)).items()}
     with pytest.raises(MetrologyError) as caught:
