@@ -7,6 +7,8 @@ import pytest
 
 from metrology.findings import Correlation, Findings, Result
 from metrology.language import display, wording
+from metrology.language.catalogue import Language
+from metrology.message import said
 from metrology.report import budget
 from metrology.report.equations import draw, mathtext, parted
 from metrology.report.figures.sketch import ticks
@@ -35,6 +37,22 @@ def test_law_shares_that_correlation_takes_away_are_kept(stiffness: Result) -> N
     rows = (replace(stiffness.budget[0], share=1.3), replace(stiffness.budget[1], share=-0.3))
     (shown,) = budget.budgets([replace(stiffness, budget=rows)])
     assert [row.cells[0][1] for row in shown.rows] == ["130", "−30.0"]
+
+
+def test_law_inputs_and_components_are_named_in_the_language_of_the_report(stiffness: Result) -> None:
+    """A component is known with the name of its test, which a budget leaves out."""
+    known = said("record of {specimen}, {test}", specimen="a", test=stiffness.test)
+    french = Language("fr", messages={str(known): known})
+    largest = stiffness.budget[0]
+    rows = (
+        replace(largest, input=f"{stiffness.test}.a.r_t", component=str(known)),
+        replace(largest, input="cell.scale", component="certificate"),
+        replace(largest, input=f"{stiffness.test}.scatter of k_0", component="x"),
+    )
+    (shown,) = budget.budgets([replace(stiffness, budget=rows)], language=french)
+    found = {(row.name, row.component) for row in shown.rows}
+    assert ("a r_t", "enregistrement de a") in found
+    assert {"facteur d'échelle", "dispersion de k_0"} <= {name for name, _ in found}
 
 
 def test_law_results_of_one_test_share_a_table_and_a_component_one_line(stiffness: Result) -> None:
