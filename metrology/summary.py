@@ -22,6 +22,9 @@ MARKS = {"pass": "green", "conditional pass": "yellow", "conditional fail": "yel
 _UNBOUNDED = 10_000
 """Columns of a terminal in which every table finds room."""
 
+_NAMES = ("sample", "test", "method", "quantity")
+"""Headings of what a result is known by."""
+
 
 def print_summary(findings: Findings, folder: Path, notices: Iterable[tuple[str, str]] = ()) -> None:
     """Print the results of one campaign to stdout.
@@ -98,18 +101,28 @@ def _results(findings: Findings, console: Console) -> Table:
     rows = [_row(result) for result in findings.results if result.headline]
     rows += [_agreed(entry) for entry in findings.consensus if entry.consistent is not None]
     rows = rows or list(_fitted(findings))
-    for left_out in ((), ("method",), ("method", "sample"), ("method", "sample", interval)):
+    for left_out in _left_out(rows, interval):
         table = _table(f"{findings.campaign.id}: {findings.campaign.title}", interval, rows, left_out)
         if console.measure(table, options=console.options.update(max_width=_UNBOUNDED)).maximum <= console.width:
             break
     return table
 
 
+def _left_out(rows: Sequence[tuple[str, ...]], interval: str) -> Iterator[tuple[str, ...]]:
+    """Headings that may be left out, fewest first, for as long as the others tell all results apart."""
+    yield ()
+    for also in ((), (interval,)):
+        for names in (("method",), ("method", "sample"), ("method", "test")):
+            kept = [at for at, heading in enumerate(_NAMES) if heading not in names]
+            if len({tuple(row[at] for at in kept) for row in rows}) == len({row[: len(_NAMES)] for row in rows}):
+                yield *names, *also
+
+
 def _table(title: str, interval: str, rows: Sequence[tuple[str, ...]], left_out: Sequence[str]) -> Table:
     from rich.table import Table
 
     table = Table(title=shown(title), title_justify="left")
-    headings = ("sample", "test", "method", "quantity", "value", "u", "unit", interval)
+    headings = (*_NAMES, "value", "u", "unit", interval)
     kept = [at for at, heading in enumerate(headings) if heading not in left_out]
     for at in kept:
         number = headings[at] in {"value", "u"}

@@ -504,6 +504,17 @@ def test_law_noise_of_what_was_imposed_does_not_bias(one):
     assert np.mean(found, axis=0) == pytest.approx(truth, rel=3e-3)
 
 
+@pytest.mark.parametrize("seed", range(2))
+def test_limit_what_the_arithmetic_leaves_between_equal_readings_is_no_scatter(seed):
+    """Most readings of a coarse display repeat; stamps that are not even leave 4e-15 N of their differences."""
+    one = replace(SHORT, read_noise=0.005, read_division=0.05, input_noise=1e-6, rate=50.0)
+    found = record(one, np.random.default_rng(seed))
+    time, force, elongation = (row[np.arange(len(row)) % 3 < 2] for row in found.values())
+    test = RelaxationTest("t", (Mounting("a", time, force, elongation),), at=100.0)
+    given = estimates(relaxation.analyse(test, FACTS, {}))
+    assert [given["k_0"], given["k_inf"]] == pytest.approx([2.0e4, 1.6e4], rel=1e-3)
+
+
 @pytest.mark.long
 def test_planted_a_step_between_two_readings_is_known_to_their_distance():
     """Where in the interval it was, no reading says: a branch of three intervals has fallen by up to 28 %."""
@@ -633,12 +644,14 @@ def test_planted_a_saturated_cell_that_reads_the_load_is_said():
         ("staircase", ""),
         ("skew", ""),
         ("short", "falls behind"),
+        ("flicker", ""),
     ],
 )
 def test_planted_readings_of_the_input_that_were_held_or_coarse_are_said(load, wrong, words):
     """`staircase`: a drive that was commanded in round steps of one reading; `skew`: it is read one reading late.
 
-    `short`: its range ends within the last step of the ramp, and its answer goes on.
+    `short`: its range ends within the last step of the ramp, and its answer goes on. `flicker`: its last digit does so
+    at rest.
     """
     stiff, level = (5e-5, 100.0) if load else (2e4, 5e-3)
     up = (0.2, 0.4, 0.6, 0.8, 1.0) if wrong == "staircase" else (1.0,)
@@ -657,6 +670,8 @@ def test_planted_readings_of_the_input_that_were_held_or_coarse_are_said(load, w
         one[name] = 0.3 * level * np.round(u / (0.3 * level))
     elif wrong == "short":
         one[name] = np.minimum(u, 0.85 * level)
+    elif wrong == "flicker":
+        one[name][10:16:2] += 1e-3 * level
     elif wrong == "skew":
         one[name] = np.concatenate([u[:1], u[:-1]])
     mounting = Mounting("a", one["time"], one["force"], one["elongation"])
@@ -867,9 +882,11 @@ def test_law_results_carry_the_budget_of_the_instruments(tmp_path):
     assert found["relaxed"].framework.u / found["relaxed"].value < 0.01
 
 
-def test_law_the_division_of_what_was_imposed_counts_over_its_step():
+@pytest.mark.parametrize("setup", [0.0, 1e-9])
+def test_law_the_division_of_what_was_imposed_counts_over_its_step(setup):
+    """Also where a set-up's compliance times a force that scatters is taken off readings that repeat."""
     one = record(replace(SHORT, levels=(1.04e-3,), input_division=1e-4), np.random.default_rng(1))
-    mounting = Mounting("a", one["time"], one["force"], one["elongation"])
+    mounting = Mounting("a", one["time"], one["force"], one["elongation"], setup=setup)
     found = relaxation.analyse(RelaxationTest("t", (mounting,), stretch_division=1e-4), FACTS, {})
     step = next(each for each in found.contribution.inputs if each.name == "t.a.step")
     assert step.u == pytest.approx(0.05 / 1.0 / np.sqrt(3), rel=0.02)
@@ -1168,6 +1185,16 @@ def test_refusal_of_readings_that_push(tmp_path):
     with pytest.raises(MetrologyError) as caught:
         load(written(tmp_path, CROSSHEAD, {"a": one}))
     assert caught.value.faults[0].got == "a force that falls as the stretch grows"
+
+
+def test_refusal_of_a_set_up_that_gives_way_by_more_than_was_read(tmp_path):
+    """The stretch of the specimen would fall as its force grows: k was negative."""
+    stated = CROSSHEAD.replace("0(1) nm/N", "80(1) um/N")
+    with pytest.raises(MetrologyError) as caught:
+        load(written(tmp_path, stated, {"a": record(SHORT, np.random.default_rng(1))}))
+    (fault,) = caught.value.faults
+    assert re.fullmatch(r"5\d\.\d um/N of specimen and set-up together, and a set-up of 80 um/N", fault.got)
+    assert "setup_compliance" in fault.expected
 
 
 def test_refusal_of_a_handful_of_readings(tmp_path):

@@ -265,6 +265,14 @@ def test_law_a_modulus_whose_interval_holds_zero_after_a_diagnosis_is_not_determ
     assert [one.check for one in found] == ["value within its uncertainty"] * doubted
 
 
+@pytest.mark.parametrize(("value", "words"), [(1.2, "less than its standard uncertainty"), (-6.8, "not positive")])
+def test_law_a_negative_stiffness_is_not_said_to_lie_within_its_uncertainty(value, words):
+    estimate = SimpleNamespace(reported=(value, 1.6), unit="N/m")
+    plan = SimpleNamespace(identities={"pull.k": SimpleNamespace(test="pull", quantity="k")})
+    (found,) = _undetermined(plan, "pull.k", SimpleNamespace(estimates={"pull.k": estimate}))
+    assert found.sentence.startswith(f"pull.k is {words}")
+
+
 def test_law_a_stiffness_within_its_uncertainty_is_reported_as_such_where_nothing_is_required_of_it(tmp_path):
     (tmp_path / "campaign.yaml").write_text(
         "format: metrology-campaign/1\nid: faint\ntitle: Loads that hardly stretch the line\n"

@@ -99,3 +99,17 @@ def test_limit_without_a_result_the_terminal_prints_the_title_without_headings(t
     out = capsys.readouterr().out
     assert out.startswith(f"{made.campaign.id}: {made.campaign.title}")
     assert "95% interval" not in out
+
+
+def test_law_a_narrow_terminal_says_of_which_sample_a_result_is(tmp_path, monkeypatch, capsys):
+    """Derived quantities have no test; of two samples nothing else tells them apart."""
+    monkeypatch.setenv("COLUMNS", "60")
+    (tmp_path / "campaign.yaml").write_text(
+        "format: metrology-campaign/1\nid: small\ntitle: Small\nquantities: {r: 2.00(10) N/m}\n"
+        "samples: {left: {material: steel}, right: {material: steel}}\nderived:\n"
+        "  - {quantity: k, sample: left, expression: 2*r, unit: N/m}\n"
+        "  - {quantity: k, sample: right, expression: 3*r, unit: N/m}\n"
+    )
+    print_summary(chain.evaluate(load(tmp_path / "campaign.yaml")), tmp_path)
+    printed = capsys.readouterr().out
+    assert [word for word in ("left", "right", "[3.61, 4.39]") if word not in printed] == []

@@ -7,6 +7,7 @@ machine, and every report is written here, in the one place that knows how to wr
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import dataclass
@@ -36,7 +37,9 @@ def find(folder: Path) -> list[Path]:
     """
     if not folder.is_dir():
         raise MetrologyError(Fault(str(folder), "no folder", "a folder with campaigns below it"))
-    found = sorted(path for path in folder.rglob("campaign.yaml") if not _hidden(path.relative_to(folder)))
+    # By name: a link to a file that is gone is a campaign too, of which the table says so.
+    homes = (Path(home) for home, folders, files in os.walk(folder) if "campaign.yaml" in (*folders, *files))
+    found = sorted(home / "campaign.yaml" for home in homes if not _hidden(home.relative_to(folder)))
     if not found:
         raise MetrologyError(Fault(str(folder), "no campaign.yaml at any depth", "a folder with campaigns below it"))
     return found

@@ -327,7 +327,8 @@ def _undetermined(plan: Plan, name: str, evaluation: Evaluation) -> Iterator[Dou
     estimate, identity = evaluation.estimates[name], plan.identities[name]
     value, u = estimate.reported
     if identity.test and POSITIVE.fullmatch(identity.quantity) and u > value:
-        text = "{name} is less than its standard uncertainty: {value:figures} ± {u:figures} {unit}."
+        less = "{name} is less than its standard uncertainty: {value:figures} ± {u:figures} {unit}."
+        text = less if value > 0 else "{name} is not positive: {value:figures} ± {u:figures} {unit}."
         rounded, of_u = significant(value, u)
         sentence = said(text, name=name, value=rounded, u=of_u, unit=estimate.unit)
         yield Doubt(UNDETERMINED, sentence)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from xml.etree.ElementTree import Element, indent, register_namespace, tostring
 
 from metrology.errors import Fault, MetrologyError
-from metrology.export.markup import DCC, SI, contact, element, identifications, quantity, software, words
+from metrology.export.markup import DCC, SI, consensus, contact, element, identifications, quantity, software, words
 from metrology.language.attention import attention
 
 if TYPE_CHECKING:
@@ -49,6 +49,7 @@ def certificate(findings: Findings, *, version: str = VERSION) -> bytes:
     own = [result for result in findings.results if not result.test]
     if own:
         _derived(results, findings, own)
+    _agreed(results, findings)
     indent(root, " ")
     return bytes(tostring(root, encoding="utf-8", xml_declaration=True)) + b"\n"
 
@@ -168,6 +169,18 @@ def _derived(parent: Element, findings: Findings, results: list[Result]) -> None
     _verdicts(made, [entry for entry in findings.conformity if entry.result in names])
 
 
+def _agreed(parent: Element, findings: Findings) -> None:
+    """Consensus values, where the results of several tests are consistent."""
+    if not (found := [entry for entry in findings.consensus if entry.consistent]):
+        return
+    made = element(parent, "measurementResult")
+    words(made, "name", "Consensus of several tests")
+    software(made, "usedSoftware", sorted(findings.software.items()))
+    data = element(_result(made, "Consensus of several tests"), "data")
+    for entry in found:
+        consensus(data, entry)
+
+
 def _equipment(parent: Element, used: list[InstrumentState]) -> None:
     for item in used:
         made = element(parent, "measuringEquipment")
@@ -186,11 +199,15 @@ def _conditions(parent: Element, test: TestItem) -> None:
 
 
 def _results(parent: Element, results: list[Result], title: str) -> None:
-    made = element(element(parent, "results"), "result")
-    words(made, "name", title)
-    data = element(made, "data")
+    data = element(_result(parent, title), "data")
     for result in results:
         quantity(data, result)
+
+
+def _result(parent: Element, title: str) -> Element:
+    made = element(element(parent, "results"), "result")
+    words(made, "name", title)
+    return made
 
 
 def _verdicts(parent: Element, verdicts: list[Conformity]) -> None:

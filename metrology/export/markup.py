@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from math import isfinite
+from math import isfinite, nan
 from typing import TYPE_CHECKING
 from xml.etree.ElementTree import Element, SubElement
 
 from metrology.units import vocabularies
 
 if TYPE_CHECKING:
+    from metrology.consensus import Consensus
     from metrology.findings import Result
     from metrology.identification import Party
 
@@ -73,16 +74,32 @@ def quantity(parent: Element, result: Result) -> None:
     Where the law holds: expanded uncertainty and coverage factor; else standard uncertainty and the Monte Carlo
     interval. What has no finite value or no D-SI unit is text.
     """
+    name = result.name if result.name == result.quantity else f"{result.quantity} ({result.name})"
+    real = _real(parent, name, result.value, result.unit, clean(result.unit_dsi))
+    if real is not None:
+        _uncertainty(real, result)
+
+
+def consensus(parent: Element, entry: Consensus) -> None:
+    """Append the consensus of several tests, with its coverage interval."""
+    value, u, low, high = (nan if one is None else one for one in (entry.value, entry.u, entry.low, entry.high))
+    real = _real(parent, f"{entry.quantity} ({entry.sample}, consensus)", value, entry.unit)
+    if real is not None and all(map(isfinite, (u, low, high))):
+        _interval(real, u, (low, high), entry.p)
+
+
+def _real(parent: Element, name: str, value: float, unit: str, dsi: str = "") -> Element | None:
+    """A quantity with value and unit; what has no finite value or no D-SI unit is text."""
     made = element(parent, "quantity")
-    words(made, "name", result.name if result.name == result.quantity else f"{result.quantity} ({result.name})")
-    unit = clean(result.unit_dsi) or vocabularies.dsi(result.unit)
-    if not (isfinite(result.value) and unit):
-        words(made, "noQuantity", f"{result.value!r} {result.unit}: no quantity that D-SI could hold")
-        return
+    words(made, "name", name)
+    dsi = dsi or vocabularies.dsi(unit)
+    if not (isfinite(value) and dsi):
+        words(made, "noQuantity", f"{value!r} {unit}: no quantity that D-SI could hold")
+        return None
     real = SubElement(made, f"{{{SI}}}real")
-    _si(real, "value", result.value)
-    SubElement(real, f"{{{SI}}}unit").text = unit
-    _uncertainty(real, result)
+    _si(real, "value", value)
+    SubElement(real, f"{{{SI}}}unit").text = dsi
+    return real
 
 
 def _uncertainty(real: Element, result: Result) -> None:
@@ -95,11 +112,15 @@ def _uncertainty(real: Element, result: Result) -> None:
         _si(stated, "coverageFactor", k)
         _si(stated, "coverageProbability", result.coverage.p)
     elif low is not None and high is not None and isfinite(low) and isfinite(high):
-        stated = SubElement(real, f"{{{SI}}}coverageInterval")
-        _si(stated, "stdUncertainty", result.u)
-        _si(stated, "intervalMin", low)
-        _si(stated, "intervalMax", high)
-        _si(stated, "coverageProbability", result.coverage.p)
+        _interval(real, result.u, (low, high), result.coverage.p)
+
+
+def _interval(real: Element, u: float, ends: tuple[float, float], p: float) -> None:
+    stated = SubElement(real, f"{{{SI}}}coverageInterval")
+    _si(stated, "stdUncertainty", u)
+    _si(stated, "intervalMin", ends[0])
+    _si(stated, "intervalMax", ends[1])
+    _si(stated, "coverageProbability", p)
 
 
 def _si(parent: Element, name: str, value: float) -> None:

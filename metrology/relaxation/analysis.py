@@ -13,7 +13,7 @@ from metrology.gum.evaluation import Contribution
 from metrology.relaxation import checks, moduli
 from metrology.relaxation.blocks import Array, blocks
 from metrology.relaxation.checks import Bends, Done, Seen
-from metrology.relaxation.course import Course, course, scatter
+from metrology.relaxation.course import FINE, Course, course, scatter
 from metrology.relaxation.evidence import HALF, Said, Supported, said, supported
 from metrology.relaxation.finding import Branch, Compared, Record, RelaxationFinding, Specimen, Weighed
 from metrology.relaxation.fit import Fitted, Fitter
@@ -118,10 +118,11 @@ def _course(test: RelaxationTest, one: Mounting) -> Course:
 
 def _fitter(test: RelaxationTest, one: Mounting, scene: Scene, imposed: Course) -> Fitter:
     """Noise of the input acts on the answer by the stiffness, on top of the noise of the answer itself."""
-    of, (_, y) = scene.answer.of, test.channels(one)
+    of, (_, y) = scene.answer.of, test.shown(one)
     steps = np.abs(np.diff(y))
-    # Readings that hardly scatter are known to their division.
-    own = scatter(one.time, y) or float(steps[steps > 0].min(initial=np.inf)) / np.sqrt(12)
+    # No reading is known better than to its division, nor to what an instrument tells of the range.
+    least = float(steps[steps > 0].min(initial=np.inf)) / np.sqrt(12)
+    own = max(scatter(one.time, y), least, FINE * float(np.ptp(y)))
     return Fitter(scene, colours(of, (scene.scale / own) ** 2 * imposed.covariance(one.time, of)))
 
 
@@ -236,7 +237,7 @@ def _at_some_instant(
 
 def _rounding(test: RelaxationTest, one: Mounting, scene: Scene) -> float:
     """Half a division of what answered, stated or seen, as force by stretch, where readings hardly scatter."""
-    _, y = test.channels(one)
+    _, y = test.shown(one)
     division = test.force_division if test.held == "elongation" else test.stretch_division
     if float(np.median(np.abs(np.diff(y)))) > 0:
         return 0.0
@@ -249,7 +250,7 @@ def _rounding(test: RelaxationTest, one: Mounting, scene: Scene) -> float:
 
 def _step(test: RelaxationTest, one: Done) -> float:
     """Half a division of what was imposed over its whole step, where its readings hardly scatter."""
-    u, _ = test.channels(one.mounting)
+    u, _ = test.shown(one.mounting)
     division = test.stretch_division if test.held == "elongation" else test.force_division
     if not division > 0 or float(np.median(np.abs(np.diff(u)))) > 0:
         return 0.0

@@ -89,7 +89,7 @@ def without(one: Mounting, imposed: Course, levels: Levels) -> tuple[Mounting, C
     # No mean over what is left spans what was left out.
     apart = (np.flatnonzero(np.diff(places) > 1) + 1).tolist()
     first = sorted({*np.searchsorted(places, imposed.first).tolist(), *apart})
-    left = replace(one, time=one.time[kept], force=one.force[kept], stretch=one.stretch[kept])
+    left = replace(one, time=one.time[kept], force=one.force[kept], shown=one.shown[kept])
     return left, replace(imposed, first=tuple(first))
 
 

@@ -26,23 +26,31 @@ class Mounting:
         Of the specimen.
     time, force : ndarray, shape (n,)
         s, increasing; N.
-    stretch : ndarray, shape (n,)
-        Elongation / m, or strain, the mean of the extensometers; what the set-up gives way is taken off.
+    shown : ndarray, shape (n,)
+        Elongation / m, or strain, the mean of the extensometers, as it was read.
     length : Input, optional
         Free length / m.
     area : str
         Name of the area of its section in the model; empty where it is not known.
     area_value : float
         Its value / m².
+    setup : float
+        Compliance of the set-up / (m/N) that is in what was read; 0 where there is none.
     """
 
     name: str
     time: Array
     force: Array
-    stretch: Array
+    shown: Array
     length: Input | None = None
     area: str = ""
     area_value: float = float("nan")
+    setup: float = 0.0
+
+    @property
+    def stretch(self) -> Array:
+        """Elongation / m, or strain, of the specimen: what the set-up gives way is taken off."""
+        return self.shown - self.setup * self.force
 
 
 @dataclass(frozen=True)
@@ -106,6 +114,10 @@ class RelaxationTest:
     def channels(self, one: Mounting) -> tuple[Array, Array]:
         """What was imposed and what answered in a specimen."""
         return (one.stretch, one.force) if self.held == "elongation" else (one.force, one.stretch)
+
+    def shown(self, one: Mounting) -> tuple[Array, Array]:
+        """What the instruments showed of both, set-up and all: divisions and equal readings are seen in these alone."""
+        return (one.shown, one.force) if self.held == "elongation" else (one.force, one.shown)
 
     def adjusted(self, p: float, count: int = 1) -> float:
         """Adjusted p of the least of `count` values, one a specimen, among all statistics of a test (Bonferroni)."""

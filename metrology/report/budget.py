@@ -225,12 +225,15 @@ def _share(results: Sequence[Result], cells: Sequence[BudgetRow | None], languag
     shown = prefixed(row.value, row.u, row.unit)
     owners = (row.input.partition(".")[0], row.input.rpartition(".")[0])
     own, component = shortened(row.input, result), shortened(row.component, result, *owners)
+    if (spoken := language.spoken(component)) == component:
+        # Known with the name of its test alone.
+        spoken = shortened(language.spoken(row.component), result, *owners)
     input_name = row.input.removeprefix(f"{owners[0]}.")
     return Share(
         name=_named(input_name, result, language),
         owner=owners[0] if own.startswith(f"{owners[0]}.") else "",
         # An input of a joint fit is called by its component.
-        component="" if _named(input_name, result, ENGLISH).endswith(component) else language.spoken(component),
+        component="" if _named(input_name, result, ENGLISH).endswith(component) else spoken,
         value=shown.value,
         u=shown.u,
         unit=shown.unit,

@@ -252,12 +252,15 @@ def _italic(found: re.Match[str]) -> Any:
     return Markup("<i>{}</i>{}").format(stem, tail)
 
 
+_NUMBER = r"\d+(?:[.,]\d+)*(?:×10[⁻⁰¹²³⁴-⁹]+)?"
+_SHORT = r"[^\W\d_](?:[^\W\d_]|⁻){0,2}"
+_UNIT = rf"(?:[%‰]|°C|[^\W\d_][\w·⁻]*/[^\W\d_][\w·]*|{_SHORT}(?:·{_SHORT})*(?!\w|[·.]\w))"
 _SET = re.compile(
     r"(?<![\w.-])(?P<stem>u|E|F|R|ε|eps|ω|k|x|φ)_(?P<index>val|n|c|d|dyn|t|0|inf|∞|max|m|b)(?![\w.-]*\w)"
-    r"|(?P<whole>(?<![\d.,])\d+(?:[.,]\d+)* [^\W\d_][\w·⁻]*/[^\W\d_][\w·]*)"
+    rf"|(?P<whole>(?<![\d.,]){_NUMBER}(?: ± {_NUMBER})? {_UNIT})"
 )
-"""Symbols with an index that the sentences of methods and verdicts use, a name such as ``x_t.csv`` being none; a value
-whose unit has a stroke, after which a line would break."""
+"""Symbols with an index that the sentences of methods and verdicts use, a name such as ``x_t.csv`` being none; a value,
+with its u, and its unit: a line would break before it and after its stroke. So are a number and a short word."""
 
 
 def sentence(text: str) -> Any:

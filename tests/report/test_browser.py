@@ -8,6 +8,7 @@ import shutil
 from base64 import b64decode
 from collections.abc import Iterator
 from dataclasses import replace
+from io import BytesIO
 from itertools import pairwise
 from math import ceil, log2
 from pathlib import Path
@@ -357,6 +358,23 @@ def test_law_printed_by_the_browser_no_head_of_a_column_is_a_button(browser: Any
     assert {tuple(one) for one in looks} == {("rgba(0, 0, 0, 0)", "0px")}
     assert not opened.locator("#contents button").is_visible()
     opened.close()
+
+
+def test_law_printed_by_the_browser_caption_and_head_of_a_table_stay_with_its_first_row(browser: Any) -> None:
+    """Wherever on the page a table begins, and however high its rows are."""
+    sheet = (html.ours() / "print.css").read_text(encoding="utf-8")
+    row = "<tr><td>row<br>" + "row<br>" * 6 + "</td></tr>"
+    table = f"<table><caption>caption<br>caption</caption><thead><tr><th>head</th></tr></thead><tbody>{row * 3}</tbody>"
+    places = range(560, 1000, 20)
+    parts = [f'<div style="break-after: page"><div style="height: {place}px"></div>{table}</table></div>'
+             for place in places]  # fmt: skip
+    opened = browser.new_page(offline=True)
+    opened.set_content(f"<style>{sheet}</style>{''.join(parts)}")
+    texts = [page.extract_text().split() for page in PdfReader(BytesIO(opened.pdf(prefer_css_page_size=True))).pages]
+    opened.close()
+    begins = [words for words in texts if "caption" in words]
+    assert len(begins) == len(places)
+    assert [words for words in begins if words.count("caption") != 2 or "head" not in words or "row" not in words] == []
 
 
 @pytest.fixture

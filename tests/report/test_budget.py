@@ -8,6 +8,8 @@ import pytest
 
 from metrology.findings import Correlation, Findings, Result
 from metrology.language import display, wording
+from metrology.language.catalogue import Language
+from metrology.message import said
 from metrology.report import budget, document
 from metrology.report.equations import draw, mathtext, parted
 from metrology.report.figures.sketch import ticks
@@ -36,6 +38,22 @@ def test_law_shares_that_correlation_takes_away_are_kept(stiffness: Result) -> N
     rows = (replace(stiffness.budget[0], share=1.3), replace(stiffness.budget[1], share=-0.3))
     (shown,) = budget.budgets([replace(stiffness, budget=rows)])
     assert [row.cells[0][1] for row in shown.rows] == ["130", "−30.0"]
+
+
+def test_law_inputs_and_components_are_named_in_the_language_of_the_report(stiffness: Result) -> None:
+    """A component is known with the name of its test, which a budget leaves out."""
+    known = said("record of {specimen}, {test}", specimen="a", test=stiffness.test)
+    french = Language("fr", messages={str(known): known})
+    largest = stiffness.budget[0]
+    rows = (
+        replace(largest, input=f"{stiffness.test}.a.r_t", component=str(known)),
+        replace(largest, input="cell.scale", component="certificate"),
+        replace(largest, input=f"{stiffness.test}.scatter of k_0", component="x"),
+    )
+    (shown,) = budget.budgets([replace(stiffness, budget=rows)], language=french)
+    found = {(row.name, row.component) for row in shown.rows}
+    assert ("a r_t", "enregistrement de a") in found
+    assert {"facteur d'échelle", "dispersion de k_0"} <= {name for name, _ in found}
 
 
 def test_law_results_of_one_test_share_a_table_and_a_component_one_line(stiffness: Result) -> None:
@@ -168,6 +186,10 @@ def test_reference_symbols_among_words_are_set_and_units_are_not(text: str, mark
         ("|E| ≤ 2·u_val, not u_value", "|E| ≤ 2·<i>u</i><sub>val</sub>, not u_value"),
         ("E_n = -1.5: k_1.csv, x_t.csv, <b>", "<i>E</i><sub>n</sub> = −1.5: k_1.csv, x_t.csv, &lt;b&gt;"),
         ("by 0.089 N/m below", 'by <span class="one">0.089 N/m</span> below'),
+        ("s = 21.3 µm.", 's = <span class="one">21.3 µm</span>.'),
+        ("7.6×10⁻⁵ % of 3 N·m", '<span class="one">7.6×10⁻⁵ %</span> of <span class="one">3 N·m</span>'),
+        ("-2.3 ± 2.2 N·s²/m² (4 u)", '−<span class="one">2.3 ± 2.2 N·s²/m²</span> (<span class="one">4 u</span>)'),
+        ("24 readings of 3 a.csv", "24 readings of 3 a.csv"),
         ("subtract F_c.", "subtract <i>F</i><sub>c</sub>."),
         ("(limit 5.6, p = 9.9e-305)", "(limit 5.6, p &lt; 10⁻⁶)"),
         ("p = 0.0213", "p = 0.0213"),

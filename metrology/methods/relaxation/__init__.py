@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -34,24 +35,30 @@ def readings(name: str, test: RelaxationTest) -> Iterator[Files]:
     column, reader = test.instruments.reader
     columns = [Column("time", "s", increasing=True), Column("force", "N", gaps=True, varies=True)]
     columns += [Column(column, STRETCH[column], gaps=True, varies=True)]
+    faults = partial(_faults, setup=test.setup_compliance.si if test.setup_compliance is not None else 0.0)
     for specimen, stated in test.specimens.items():
         place = ("tests", name, "specimens", specimen, "readings")
-        yield Files([(place, stated.readings)], columns, _faults, {"force": test.instruments.force, column: reader})
+        yield Files([(place, stated.readings)], columns, faults, {"force": test.instruments.force, column: reader})
     if test.dma is not None:
         yield Files([(("tests", name, "dma"), test.dma)], SWEEP, _sweep_faults)
 
 
-def _faults(tables: Sequence[Table]) -> Iterator[Fault]:
+def _faults(tables: Sequence[Table], *, setup: float) -> Iterator[Fault]:
     for table in tables:
-        channels = [numbers for key, numbers in table.numbers.items() if key != "time"]
-        together = int(np.isfinite(np.array(channels)).all(axis=0).sum())
-        if together < LEAST:
-            yield Fault(str(table.path), f"{together} readings of force and stretch together", f"at least {LEAST}")
+        channels = np.array([numbers for key, numbers in table.numbers.items() if key != "time"])
+        together = channels[:, np.isfinite(channels).all(axis=0)]
+        if (count := together.shape[1]) < LEAST:
+            yield Fault(str(table.path), f"{count} readings of force and stretch together", f"at least {LEAST}")
             continue
-        force, stretch = (channel - np.nanmean(channel) for channel in channels)
-        if not float(np.nansum(force * stretch)) > 0:
+        force, stretch = together - together.mean(axis=1, keepdims=True)
+        low, high = force.argmin(), force.argmax()
+        if not float(force @ stretch) > 0:
             got, expected = "a force that falls as the stretch grows", "forces that are positive in tension"
             yield Fault(str(table.path), got, expected, "turn the sign of the column")
+        elif setup >= (whole := float((stretch[high] - stretch[low]) / (force[high] - force[low]))):
+            got = f"{1e6 * whole:.3g} um/N of specimen and set-up together, and a set-up of {1e6 * setup:.3g} um/N"
+            expected = "a 'setup_compliance' that leaves something to the specimen"
+            yield Fault(str(table.path), got, expected, "correct its unit or its value")
 
 
 def _sweep_faults(tables: Sequence[Table]) -> Iterator[Fault]:

@@ -90,10 +90,8 @@ def _mounting(
     specimen, stated, table = of
     column, _ = task.test.instruments.reader
     force = np.asarray(table.numbers["force"])
-    stretch = np.asarray(table.numbers[column]) / gauge
-    if setup is not None:
-        stretch = stretch - setup.value * force
-    seen = np.isfinite(force) & np.isfinite(stretch)
+    shown = np.asarray(table.numbers[column]) / gauge
+    seen = np.isfinite(force) & np.isfinite(shown)
     length = task.model.inputs.get(f"{task.test.sample}.length")
     if stated.length is not None:
         length = stated.length.input(
@@ -102,7 +100,14 @@ def _mounting(
     section = _section(task, specimen, stated)
     time = np.asarray(table.numbers["time"])
     return relaxation.Mounting(
-        specimen, time[seen], force[seen], stretch[seen], length, section, values(task).get(section, float("nan"))
+        specimen,
+        time[seen],
+        force[seen],
+        shown[seen],
+        length,
+        section,
+        values(task).get(section, float("nan")),
+        setup.value if setup is not None else 0.0,
     )
 
 

@@ -35,9 +35,7 @@ def records(test: RelaxationTest, done: Sequence[Done]) -> Check:
     unit = "N" if force else "1" if test.by_strain else "m"
     channels = {}
     for one in done:
-        channels[one.mounting.name] = Channel(
-            one.mounting.name, one.mounting.time, test.channels(one.mounting)[1], unit
-        )
+        channels[one.mounting.name] = Channel(one.mounting.name, one.mounting.time, test.shown(one.mounting)[1], unit)
     found = raw.check(channels, test.force_division if force else test.stretch_division)
     looked = (_clipped, _cut_off, _coarse, _early, _short)
     still = [words for one in done for check in looked for words in check(test, one)]
@@ -54,7 +52,7 @@ def _coarse(test: RelaxationTest, one: Done) -> Iterator[str]:
 
     A steady ramp goes in even steps too, but for its first and last one.
     """
-    u, _ = test.channels(one.mounting)
+    u, _ = test.shown(one.mounting)
     first, last = raw.stretches(np.diff(u) == 0.0)
     begun = int(last[0]) if len(first) and first[0] == 0 else 0
     still = first[(last - first >= STILL) & (first > begun)]
@@ -74,7 +72,7 @@ def _early(test: RelaxationTest, one: Done) -> Iterator[str]:
     Next to a change of the input one reading is left out, as the two need not be read at one instant; of a held load
     what goes on after a change is creep, and before the first one it is not.
     """
-    u, y = test.channels(one.mounting)
+    u, y = test.shown(one.mounting)
     most, way = float(np.ptp(y)), np.sign(u[np.argmax(np.abs(u - u[0]))] - u[0])
     ahead = way * (u - u[0])
     back = np.flatnonzero(ahead < np.maximum.accumulate(ahead) - EARLY * np.ptp(u))
@@ -94,11 +92,13 @@ def _short(test: RelaxationTest, one: Done) -> Iterator[str]:
     Channels that are read one after the other differ at the end of a ramp too, by as much and the other way at its
     start; an answer that relaxes falls behind its input. Steps are over those next to them within the ramp.
     """
-    u, y = test.channels(one.mounting)
+    u, y = test.shown(one.mounting)
     first, last = raw.stretches(np.diff(u) != 0.0)
-    if not len(first) or last[0] - first[0] < LEAST:
+    # A last digit that flickers at rest is no ramp.
+    ramps = np.flatnonzero(np.abs(u[last] - u[first]) > EARLY * np.ptp(u))
+    if not len(ramps) or (last - first)[ramps[0]] < LEAST:
         return
-    du, dy = (np.diff(each)[first[0] : last[0]] for each in (u, y))
+    du, dy = (np.diff(each)[first[ramps[0]] : last[ramps[0]]] for each in (u, y))
     ahead = [dy[end] * du[within] / dy[within] - du[end] if dy[within] else 0.0 for end, within in ((0, 1), (-1, -2))]
     start, stop = (float(each / du.sum()) for each in ahead)
     noise = SCATTERS * float(np.median(np.abs(np.diff(y)))) / abs(float(dy.sum()))
@@ -115,7 +115,7 @@ def _clipped(test: RelaxationTest, one: Done) -> Iterator[str]:
 
     What was commanded, or rests below its last digit, is alike at rest too.
     """
-    u, _ = test.channels(one.mounting)
+    u, _ = test.shown(one.mounting)
     time = one.mounting.time - one.mounting.time[0]
     rest = u[time < one.levels.before]
     if len(rest) < STILL or float(np.median(np.abs(np.diff(rest)))) == 0:
@@ -134,7 +134,7 @@ def _clipped(test: RelaxationTest, one: Done) -> Iterator[str]:
 
 def _cut_off(test: RelaxationTest, one: Done) -> Iterator[str]:
     """Readings of the answer that stand at its largest value to the end, though it scatters on its way."""
-    _, y = test.channels(one.mounting)
+    _, y = test.shown(one.mounting)
     off = np.abs(y - y[0])
     at_end = len(y) - 1 - int(np.flatnonzero(off < off.max())[-1]) if off.any() else 0
     if at_end >= STILL and raw.noisy(Channel(one.mounting.name, one.mounting.time, y)):
