@@ -14,6 +14,8 @@ FAR = 6.0
 """Standard deviations within which a bound matters: the part beyond it, 1e-9, moves no digit that is printed."""
 NARROW = 1e-4
 """Width, over the standard deviation, of what is as good as uniform: the formula would lose its digits below."""
+OUTSIDE = 100.0
+"""Standard deviations from which on a mean outside counts as no farther: what is inside keeps its digits."""
 SWEEPS = 100
 CLOSE = 1e-6
 
@@ -87,6 +89,8 @@ def truncated(mean: float, variance: float, low: float, high: float) -> tuple[fl
     a, b = (low - mean) / size, (high - mean) / size
     if b - a < NARROW:
         return 0.5 * (low + high), (high - low) ** 2 / 12.0
+    if b < -OUTSIDE * (1.0 + 1e-9):
+        return truncated(high + OUTSIDE * size, variance, low, high)
     if a > 0:  # where the logarithm of the part has its digits
         inside, left = truncated(-mean, variance, -high, -low)
         return -inside, left

@@ -132,7 +132,10 @@ def _parts(fit: Fit, names: Sequence[str], start: Array, noise: Noise) -> Parts:
     whole = Parts(values, _by_readings(fit, noise, bread @ pick.T), columns)
     low, high = (np.array([free if at is None else getattr(unknowns[at], side) for at in places])
                  for side, free in (("low", -math.inf), ("high", math.inf)))  # fmt: skip
-    return _bounded(whole, low, high).first(len(names))
+    # Where what is no size of an effect is known worse than by its bounds, such as k to less than itself, these count.
+    stated = [at for at, value in enumerate(start) if math.isnan(value)]
+    u, room = np.sqrt(np.diag(whole.total)), np.minimum(values - low, high - values)
+    return (_bounded(whole, low, high) if (u > room)[stated].any() else whole).first(len(names))
 
 
 def _bounded(model: Parts, low: Array, high: Array) -> Parts:

@@ -33,6 +33,13 @@ def test_second_method_one_variable_is_that_of_scipy(mean, variance, low, high):
     assert (found[0], covariance[0, 0]) == pytest.approx(expected, rel=1e-6)
 
 
+@pytest.mark.parametrize("low", [-FREE, 0.9])
+def test_limit_a_mean_far_outside_is_at_its_bound(low: float):
+    mean, variance = truncated(1e9, 1e-6, low, 1.0)
+    assert mean == pytest.approx(1.0 - 1e-5, abs=1e-8)
+    assert variance == pytest.approx(1e-10, rel=1e-3)
+
+
 def test_limit_a_wide_normal_is_uniform_between_its_bounds():
     assert truncated(0.0, 1e20, 3.0, 4.0) == pytest.approx((3.5, 1 / 12))
 
