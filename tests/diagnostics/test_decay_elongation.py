@@ -380,6 +380,28 @@ def test_planted_fault_is_named_whichever_way_it_acts(name, sign):
     assert math.copysign(1, cause.parameters[0].value) == (1 if name == "mounting" else sign)
 
 
+@pytest.mark.parametrize("material", ["al-1100", "peek"])
+def test_planted_hysteresis_is_named_and_k_is_that_of_the_chord_of_its_last_loop(material):
+    """Rayleigh's branches in closed form, from the first loading on; slip, drift or creep had their name."""
+    truth, test = truth_elongation.MATERIALS[material], stretched(material, 3, {})
+    force = {f"m{at}": truth_elongation.GRAVITY * mass for at, mass in enumerate(truth.masses)}
+    least, most = force["m0"], max(force.values())
+    curved = 0.06 / (truth.k * most)
+
+    def lag(reading):
+        F = force[reading.load]
+        if reading.direction == "unloading":
+            return curved * (most**2 / 2 - (most - F) ** 2 / 4)
+        return curved * (F**2 / 2 if reading.repeat == "1" else most**2 / 4 + F**2 / 4)
+
+    bent = tuple(replace(one, value=one.value + lag(one)) for one in test.readings)
+    found = elongation(replace(test, readings=bent), rng=np.random.default_rng(3))
+    assert found.named == ("hysteresis",)
+    at = found.supported.names.index("slope")
+    chord = 1.0 / truth.k + curved * (most - least) / 4
+    assert abs(found.supported.values[at] - chord) < 3 * found.supported.u[at] < 0.02 * chord
+
+
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_planted_initial_tension_of_a_spring_is_named_where_loads_only_rise(seed):
     """Weights that are added one by one: a drift would be the same curve of load, and k a third off with it."""
