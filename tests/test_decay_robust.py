@@ -99,6 +99,15 @@ def test_planted_damping_of_any_size_is_found_within_its_uncertainty(zeta, kind,
     assert np.sqrt((apart**2).mean()) < 1.6
 
 
+def test_planted_coloured_noise_is_nothing_that_the_fit_leaves():
+    """Neighbouring readings show a quarter of such noise; what a bent reading leaves is no colour."""
+    for bend, passed in ((0.0, True), (0.02, False)):
+        one = record(0.02, np.random.default_rng(3), phi=0.85)
+        one = replace(one, value=one.value + bend * one.value**2 / 1e-3)
+        (check,) = [each for each in results(one)[2].finding.checks if each.name == "residuals of the direct fit"]
+        assert check.passed is passed, check.sentence
+
+
 @pytest.mark.study
 @pytest.mark.parametrize("zeta", [0.02, 0.3, 0.5, 0.7, 0.9])
 @pytest.mark.parametrize(("kind", "phi"), CASES)

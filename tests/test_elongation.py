@@ -291,6 +291,34 @@ def test_planted_outlier_is_named_but_used() -> None:
     assert analysis.finding.levels[1].count == 8
 
 
+def test_planted_a_reading_off_by_one_division_alone_is_no_outlier() -> None:
+    """A coarse dial shows the same at a load but for one reading, whose next division is nearer."""
+    division = 5e-5
+
+    def coarse(force: float, repeat: int, direction: str, _generator: np.random.Generator) -> float:
+        shift = division if force < 7 and repeat == 2 and direction == "loading" else 0.0
+        return float(np.round((5e-4 + force / 25000.0) / division)) * division + shift
+
+    readings = cycle(coarse)
+    stated, finer = (
+        next(one for one in analyse(build(readings, resolution=half)).finding.checks if one.name == "outlier")
+        for half in (Component("resolution", Rectangular(division / part)) for part in (2, 20))
+    )
+    assert stated.passed is True
+    assert finer.passed is False
+
+
+def test_planted_readings_that_hide_each_other_are_found_together() -> None:
+    """Each of five is within the scatter that the others of them make."""
+    readings = cycle(noisy(scatter=2e-6))
+    lines = [3, 4, 8, 15, 21]
+    for at, off in zip(lines, (-3e-4, -4e-4, 3.5e-4, 4e-4, -3e-4), strict=True):
+        readings[at] = replace(readings[at], value=readings[at].value + off)
+    check = next(check for check in analyse(build(readings)).finding.checks if check.name == "outlier")
+    assert check.passed is False
+    assert f"5 readings (lines {', '.join(str(at + 2) for at in lines[:-1])}" in check.sentence
+
+
 def test_planted_nothing_is_found_at_no_more_than_the_stated_rate() -> None:
     runs = 300
     alarms = dict.fromkeys([*PLANTED, "outlier", raw.NAME], 0)

@@ -14,6 +14,7 @@ from metrology.decay.finding import DampingShape
 from metrology.decay.release import Release, fitted_zeta_u
 from metrology.gum.inputs import Input
 from metrology.message import said
+from metrology.noise import FEW, colour
 
 SEEN = 1e-12
 """Relative change of ζ by a filter below which it is rounding."""
@@ -27,8 +28,16 @@ def checks(releases: Sequence[Release], shape: DampingShape) -> tuple[Check, ...
 
 
 def _residuals(releases: Sequence[Release]) -> Check:
-    """Return whether the direct fit leaves noise."""
-    ratios = [float(r.separated.fit.residual.std()) / max(r.separated.noise, 1e-300) for r in releases]
+    """Return whether the direct fit leaves noise, white or of a colour of short memory.
+
+    Neighbouring readings are alike in coloured noise, and show less of it than there is; what a fit leaves of a motion
+    stands in few bands of its spectrum, and hardly changes that of its colour.
+    """
+    left = [(one.separated.fit.residual, one.separated.noise) for one in releases]
+    ratios = [
+        float(rest.std()) / max(noise, colour([rest]).deviation if len(rest) >= FEW else 0.0, 1e-300)
+        for rest, noise in left
+    ]
     worst = max(ratios)
     passed = worst < 1.3
     text = (

@@ -13,9 +13,9 @@ def reading(seen: Readings, force: float):
 
 
 def between(seen: Readings) -> Array:
-    """Forces half way between two loads."""
+    """Forces half way between two loads; the last but one load, beyond which compliance and force do the same."""
     loads = np.unique(seen.force)
-    return np.asarray(0.5 * (loads[1:] + loads[:-1]))
+    return np.append(0.5 * (loads[1:-1] + loads[:-2]), loads[-2:-1])
 
 
 def places(seen: Readings, _among: Container[str]) -> list[dict[str, float]]:
@@ -25,8 +25,8 @@ def places(seen: Readings, _among: Container[str]) -> list[dict[str, float]]:
 
 
 def limits(seen: Readings) -> dict[str, tuple[float, float]]:
-    """Up to half way below the largest load: nearer to it a larger compliance does the same, without end."""
-    return {"saturation.force": (0.3 * seen.most, max(float(between(seen)[-1]), 0.31 * seen.most))}
+    """Up to the last but one load: nearer to the largest a larger compliance does the same, without end."""
+    return {"saturation.force": (0.3 * seen.most, max(float(np.max(between(seen), initial=0.0)), 0.31 * seen.most))}
 
 
 EFFECT = Effect(

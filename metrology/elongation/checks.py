@@ -302,14 +302,18 @@ def _explained_by_rounding(evidence: Evidence, slopes: Floats) -> float:
 
 
 def outlier(evidence: Evidence) -> Check:
-    """Largest studentised residual, with a Bonferroni limit for having looked at all; nothing is excluded by it."""
+    """Largest studentised residual, with a Bonferroni limit for having looked at all; nothing is excluded by it.
+
+    What the others scatter by is no less than their rounding: under a coarse division nearly all at a load are alike.
+    Several readings that hide each other in the scatter are looked for together.
+    """
     from scipy.stats import t
 
     means, count = evidence.means, len(evidence.values)
     if means.dof < 2 or evidence.s <= evidence.floor:
         return _untested(OUTLIER, said("too few readings, or no scatter"))
     spare = np.maximum(1 - means.leverage, 1e-9)
-    rest = np.maximum(means.variance * means.dof - means.leftover**2 / spare, evidence.floor**2) / (means.dof - 1)
+    rest = np.maximum((means.variance * means.dof - means.leftover**2 / spare) / (means.dof - 1), _least(evidence))
     ratios = np.where(means.leverage < 1 - 1e-6, means.leftover / np.sqrt(rest * spare), 0.0)
     worst = int(np.abs(ratios).argmax())
     statistic = float(ratios[worst])
@@ -320,16 +324,73 @@ def outlier(evidence: Evidence) -> Check:
     at = said(text, load=reading.load, repeat=reading.repeat, direction=reading.direction, line=reading.line)
     text = "{away:+.2g} µm from the line" if means.about_line else "{away:+.2g} µm from its mean"
     off = said(text, away=1e6 * float(means.leftover[worst]))
-    if p_value >= evidence.significance:
-        sentence = said("No outlier: the reading farthest out, {reading}, lies {off}.", reading=at, off=off)
-        return Check(OUTLIER, statistic, p_value, True, sentence)
-    sentence = said(
-        "The reading at {reading} lies {off}, farther than chance explains. It is used: an exclusion needs a reason "
-        "that does not rest on its value.",
-        reading=at,
-        off=off,
-    )
-    return Check(OUTLIER, statistic, p_value, False, sentence)
+    if p_value < evidence.significance:
+        sentence = said(
+            "The reading at {reading} lies {off}, farther than chance explains. It is used: an exclusion needs a "
+            "reason that does not rest on its value.",
+            reading=at,
+            off=off,
+        )
+        return Check(OUTLIER, statistic, p_value, False, sentence)
+    several, chance = _several(evidence)
+    if chance < evidence.significance:
+        sentence = said(
+            "{count} readings (lines {lines:comma}) lie off the others, together farther than chance explains: the "
+            "scatter without them would be {without:.2g} µm, not {s:.2g} µm. They are used: an exclusion needs a "
+            "reason that does not rest on their values.",
+            count=len(several),
+            lines=tuple(str(evidence.readings[at].line) for at in several),
+            without=1e6 * sqrt(_without(evidence, several)),
+            s=1e6 * evidence.s,
+        )
+        return Check(OUTLIER, statistic, chance, False, sentence)
+    sentence = said("No outlier: the reading farthest out, {reading}, lies {off}.", reading=at, off=off)
+    return Check(OUTLIER, statistic, p_value, True, sentence)
+
+
+def _least(evidence: Evidence) -> float:
+    """Least variance of one reading, in m²: that of its rounding."""
+    return max(evidence.floor**2, evidence.resolution**2 / 12)
+
+
+def _several(evidence: Evidence) -> tuple[list[int], float]:
+    """Readings that together leave the others farthest, two and more but fewer than half of ν; chance of such a set.
+
+    The F test of a column for each reading of the set, times the number of sets of as many, times the numbers tried.
+    """
+    from scipy.special import comb
+    from scipy.stats import f
+
+    means, count = evidence.means, len(evidence.values)
+    axes = np.linalg.svd(means.columns, full_matrices=False)
+    basis = axes[0][:, axes[1] > 1e-10 * axes[1].max()]
+    left, spare, whole = means.leftover.copy(), 1 - np.sum(basis**2, axis=1), means.variance * means.dof
+    chosen: list[int] = []
+    found, least = [], 1.0
+    most = (means.dof - 1) // 2
+    for size in range(1, most + 1):
+        ratios = np.where(spare > 1e-6, left**2 / np.maximum(spare, 1e-6), 0.0)
+        chosen.append(int(ratios.argmax()))
+        column = -basis @ basis[chosen[-1]]
+        column[chosen[-1]] += 1.0
+        column /= np.linalg.norm(column)
+        left = left - column * (column @ left)
+        basis, spare = np.column_stack([basis, column]), spare - column**2
+        if size < 2:
+            continue
+        rest = max(float(left @ left) / (means.dof - size), _least(evidence))
+        F = (whole - float(left @ left)) / size / rest
+        chance = float(f.sf(F, size, means.dof - size)) * float(comb(count, size)) * (most - 1)
+        if chance < least:
+            found, least = sorted(chosen), chance
+    return found, least
+
+
+def _without(evidence: Evidence, several: Sequence[int]) -> float:
+    """Variance of one reading, in m², without some readings."""
+    columns = np.column_stack([evidence.means.columns, np.eye(len(evidence.values))[:, several]])
+    left = evidence.values - columns @ np.linalg.lstsq(columns, evidence.values)[0]
+    return max(float(left @ left) / max(evidence.means.dof - len(several), 1), 0.0)
 
 
 def _untested(name: str, reason: str) -> Check:

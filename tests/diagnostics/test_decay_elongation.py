@@ -397,6 +397,43 @@ def test_planted_fault_is_named_whichever_way_it_acts(name, sign):
 
 
 @pytest.mark.long
+@pytest.mark.parametrize(("material", "less"), [("peek", 1.2e-4), ("al-1100", 4e-5)])
+def test_planted_largest_load_that_reads_too_little_is_followed_by_a_knee(material, less):
+    """Between the last two loads force and compliance of a knee are one: the search ended there, without a model."""
+    truth, test = truth_elongation.MATERIALS[material], stretched(material, 4, {})
+    last = f"m{len(truth.masses) - 1}"
+    light = tuple(replace(one, value=one.value - less * (one.load == last)) for one in test.readings)
+    found = elongation(replace(test, readings=light), rng=np.random.default_rng(4))
+    assert found.verdict in ("explained", "ambiguous")
+    assert "saturation" in {*found.named, *(name for group in found.groups for name in group)}
+    at = found.supported.names.index("slope")
+    assert abs(found.supported.values[at] - 1.0 / truth.k) < 3 * found.supported.u[at]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("material", ["al-1100", "peek"])
+def test_planted_hysteresis_is_named_and_k_is_that_of_the_chord_of_its_last_loop(material):
+    """Rayleigh's branches in closed form, from the first loading on; slip, drift or creep had their name."""
+    truth, test = truth_elongation.MATERIALS[material], stretched(material, 3, {})
+    force = {f"m{at}": truth_elongation.GRAVITY * mass for at, mass in enumerate(truth.masses)}
+    least, most = force["m0"], max(force.values())
+    curved = 0.06 / (truth.k * most)
+
+    def lag(reading):
+        F = force[reading.load]
+        if reading.direction == "unloading":
+            return curved * (most**2 / 2 - (most - F) ** 2 / 4)
+        return curved * (F**2 / 2 if reading.repeat == "1" else most**2 / 4 + F**2 / 4)
+
+    bent = tuple(replace(one, value=one.value + lag(one)) for one in test.readings)
+    found = elongation(replace(test, readings=bent), rng=np.random.default_rng(3))
+    assert found.named == ("hysteresis",)
+    at = found.supported.names.index("slope")
+    chord = 1.0 / truth.k + curved * (most - least) / 4
+    assert abs(found.supported.values[at] - chord) < 3 * found.supported.u[at] < 0.02 * chord
+
+
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_planted_initial_tension_of_a_spring_is_named_where_loads_only_rise(seed):
     """Weights that are added one by one: a drift would be the same curve of load, and k a third off with it."""
@@ -752,6 +789,16 @@ def test_planted_creep_whose_law_the_data_do_not_tell_widens_what_k_is():
     (slope,) = (one for one in found.shifts if one.name == "slope")
     assert abs(slope.after - 1 / truth_elongation.MATERIALS["al-1100"].k) < 2.5 * slope.u_after
     assert any("cannot distinguish its variants" in one.sentence for one in found.causes)
+
+
+@pytest.mark.parametrize(("turns", "fades", "is_line"), [(2.9, 0.0, False), (3.1, 0.0, True), (3.1, 2.0, False)])
+def test_limit_what_a_polynomial_leaves_of_slow_motion_is_no_line(turns, fades, is_line):
+    """A zero that wandered was a line of two turns in the record, or of one that had faded after a third of a turn."""
+    posed = Decay(sensed(0, (0.0, 0.0), (0.0, 0.0), 4))
+    one = posed.records[0]
+    at = {"k": posed.k, "c": posed.c, "x0": one.x0, "v0": one.v0} | {f"level{order}": 0.0 for order in range(5)}
+    line = {"other.frequency": turns / posed.longest, "other.rate": fades / posed.longest, "other.sin": 1e-6}
+    assert (posed.predict(0, at | line) is not None) == is_line
 
 
 def test_planted_swing_beside_the_decay_of_a_single_short_record_is_named():
