@@ -11,7 +11,6 @@ import numpy as np
 from metrology.coordinate import QUANTITIES
 from metrology.decay import DecayTest
 from metrology.decay.envelope import rates, suggested
-from metrology.decay.oscillation import DEGREE
 from metrology.decay.separation import Separated
 from metrology.diagnosis import Diagnosis, Missing, Picture
 from metrology.diagnostics.candidate import DECAY as TABLE
@@ -30,7 +29,6 @@ from metrology.diagnostics.release import (
     LINES,
     MOTION,
     STEPS,
-    TURNS,
     Record,
     cut,
     parts,
@@ -115,13 +113,6 @@ class Decay:
         unresolved = (order > 1) & (order <= HARMONICS) & (apart < 1 / self.longest)
         return np.asarray((order > 0) & (near | unresolved))
 
-    def _is_slow(self, frequency: Array, rate: float) -> BoolArray:
-        """Whether a line is slow motion, which turns seldom before it has faded (`TURNS`) or in the longest record.
-
-        What a polynomial leaves of slow motion has as many zeros as the next orders, and turns half as often.
-        """
-        return np.asarray(frequency < max(TURNS * rate, 0.5 * (DEGREE + 2) / self.longest))
-
     # ---- model --------------------------------------------------------------------------------------------------
     def predict(self, at: int, values: Mapping[str, float]) -> Array | None:
         """Readings of one record."""
@@ -136,8 +127,8 @@ class Decay:
         found: list[Array | None] = []
         for key, values in zip(keys, many, strict=True):
             y = moved[key] + one.overlaid(values)
-            line, rate = np.array(values.get("other.frequency", math.nan)), values.get("other.rate", 0.0)
-            own = bool(self._is_own(line, rate) | self._makes(line) | self._is_slow(line, rate))
+            line = np.array(values.get("other.frequency", math.nan))
+            own = bool(self._is_own(line, values.get("other.rate", 0.0)) | self._makes(line))
             found.append(y if np.isfinite(y).all() and not own else None)
         return found
 
@@ -216,7 +207,7 @@ class Decay:
         beside = np.abs(grid / mains - np.maximum(np.round(grid / mains), 1)) * mains < max(0.5, 1.5 / longest)
         every = np.asarray(grid, dtype=float)
         allowed = beside if hum else ~beside & ~self._is_own(every, rate, width) & ~self._makes(every)
-        allowed &= (grid > 2 * width) & (grid < 0.9 * grid[-1]) & ~self._is_slow(every, rate)
+        allowed &= (grid > 2 * width) & (grid < 0.9 * grid[-1])
         return [float(grid[np.flatnonzero(allowed)[np.argmax(power[allowed])]])] if allowed.any() else []
 
     def families(self, fit: Fit) -> list[Direction]:

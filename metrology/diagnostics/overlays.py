@@ -17,7 +17,6 @@ from metrology.diagnostics.intervals import NORMAL_95
 from metrology.diagnostics.judgement import FAR, LIKELY, logistic
 from metrology.diagnostics.likelihood import Noise, noise, orthonormal, slow_motion, spread_out
 from metrology.diagnostics.plain import Plain
-from metrology.diagnostics.release import TURNS
 from metrology.diagnostics.subject import Fit
 from metrology.diagnostics.verdict import EITHER, followed
 from metrology.message import said
@@ -32,6 +31,8 @@ MOST = 690.0
 """Ln of the largest Bayes factor that is given, as of the causes that were fitted."""
 ALIKE = 2.0
 """Frequencies within so many 1/T of the longest record are one: as near as two lines can be told apart."""
+TURNS = 2.0
+"""Turns below which an oscillation is slow motion: what drifts or steps has such lines."""
 PLACES = 100
 """Places of a record at which a step of the reading is tried."""
 APART = ("drift", "hop", "mains", "other")

@@ -37,8 +37,6 @@ STEPS = tuple(f"hop{order}" for order in range(HOPS))
 _OF_RIG = ("k", "c", "start.x", "start.v", *FORCES)
 LINES = ("other", "mains")
 """Oscillations that may overlie a decay."""
-TURNS = 2.0
-"""Turns below which an oscillation is slow motion: what drifts or steps has such lines."""
 GROWTH = (-50.0, 5.0)
 """Least and most ln of what a line has grown to: the search may try any rate."""
 HARMONICS = 5

@@ -791,16 +791,6 @@ def test_planted_creep_whose_law_the_data_do_not_tell_widens_what_k_is():
     assert any("cannot distinguish its variants" in one.sentence for one in found.causes)
 
 
-@pytest.mark.parametrize(("turns", "fades", "is_line"), [(2.9, 0.0, False), (3.1, 0.0, True), (3.1, 2.0, False)])
-def test_limit_what_a_polynomial_leaves_of_slow_motion_is_no_line(turns, fades, is_line):
-    """A zero that wandered was a line of two turns in the record, or of one that had faded after a third of a turn."""
-    posed = Decay(sensed(0, (0.0, 0.0), (0.0, 0.0), 4))
-    one = posed.records[0]
-    at = {"k": posed.k, "c": posed.c, "x0": one.x0, "v0": one.v0} | {f"level{order}": 0.0 for order in range(5)}
-    line = {"other.frequency": turns / posed.longest, "other.rate": fades / posed.longest, "other.sin": 1e-6}
-    assert (posed.predict(0, at | line) is not None) == is_line
-
-
 def test_planted_swing_beside_the_decay_of_a_single_short_record_is_named():
     """A mass on a spring that also swings, at 0.6 of its frequency: ten periods part the two, five do not."""
     rng, m, k, zeta, swing, rate = np.random.default_rng(2), 0.215, 16.25, 4e-3, 1.7e-4, 100.0
