@@ -30,8 +30,8 @@ def checks(releases: Sequence[Release], shape: DampingShape) -> tuple[Check, ...
 def _residuals(releases: Sequence[Release]) -> Check:
     """Return whether the direct fit leaves noise, white or of a colour of short memory.
 
-    Neighbouring readings are alike in coloured noise, and show less of it than there is; what a fit leaves of a motion
-    stands in few bands of its spectrum, and hardly changes that of its colour.
+    Neighbouring readings are alike in coloured noise, and show less of it than there is; systematic residuals of a
+    motion stand in few bands of the spectrum, and hardly change the noise of its colour.
     """
     left = [(one.separated.fit.residual, one.separated.noise) for one in releases]
     ratios = [

@@ -332,7 +332,7 @@ def outlier(evidence: Evidence) -> Check:
             off=off,
         )
         return Check(OUTLIER, statistic, p_value, False, sentence)
-    several, chance = _several(evidence)
+    several, chance, variance = _several(evidence)
     if chance < evidence.significance:
         sentence = said(
             "{count} readings (lines {lines:comma}) lie off the others, together farther than chance explains: the "
@@ -340,7 +340,7 @@ def outlier(evidence: Evidence) -> Check:
             "reason that does not rest on their values.",
             count=len(several),
             lines=tuple(str(evidence.readings[at].line) for at in several),
-            without=1e6 * sqrt(_without(evidence, several)),
+            without=1e6 * sqrt(variance),
             s=1e6 * evidence.s,
         )
         return Check(OUTLIER, statistic, chance, False, sentence)
@@ -353,8 +353,10 @@ def _least(evidence: Evidence) -> float:
     return max(evidence.floor**2, evidence.resolution**2 / 12)
 
 
-def _several(evidence: Evidence) -> tuple[list[int], float]:
-    """Readings that together leave the others farthest, two and more but fewer than half of ν; chance of such a set.
+def _several(evidence: Evidence) -> tuple[list[int], float, float]:
+    """Readings that together lie farthest off the others, two and more but fewer than half of ν.
+
+    Also the chance of such a set, and the variance of one reading, in m², without it.
 
     The F test of a column for each reading of the set, times the number of sets of as many, times the numbers tried.
     """
@@ -366,7 +368,7 @@ def _several(evidence: Evidence) -> tuple[list[int], float]:
     basis = axes[0][:, axes[1] > 1e-10 * axes[1].max()]
     left, spare, whole = means.leftover.copy(), 1 - np.sum(basis**2, axis=1), means.variance * means.dof
     chosen: list[int] = []
-    found, least = [], 1.0
+    found, least, without = [], 1.0, means.variance
     most = (means.dof - 1) // 2
     for size in range(1, most + 1):
         ratios = np.where(spare > 1e-6, left**2 / np.maximum(spare, 1e-6), 0.0)
@@ -378,19 +380,13 @@ def _several(evidence: Evidence) -> tuple[list[int], float]:
         basis, spare = np.column_stack([basis, column]), spare - column**2
         if size < 2:
             continue
-        rest = max(float(left @ left) / (means.dof - size), _least(evidence))
+        variance = float(left @ left) / (means.dof - size)
+        rest = max(variance, _least(evidence))
         F = (whole - float(left @ left)) / size / rest
         chance = float(f.sf(F, size, means.dof - size)) * float(comb(count, size)) * (most - 1)
         if chance < least:
-            found, least = sorted(chosen), chance
-    return found, least
-
-
-def _without(evidence: Evidence, several: Sequence[int]) -> float:
-    """Variance of one reading, in m², without some readings."""
-    columns = np.column_stack([evidence.means.columns, np.eye(len(evidence.values))[:, several]])
-    left = evidence.values - columns @ np.linalg.lstsq(columns, evidence.values)[0]
-    return max(float(left @ left) / max(evidence.means.dof - len(several), 1), 0.0)
+            found, least, without = sorted(chosen), chance, variance
+    return found, least, without
 
 
 def _untested(name: str, reason: str) -> Check:
