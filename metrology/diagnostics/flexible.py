@@ -84,38 +84,45 @@ def directions(rig: Rig, runs: Sequence[MeasuredRun], values: Sequence[dict[str,
     if any(path is None for path in paths):
         return []
     known = [path for path in paths if path is not None]
-    found = []
+    model, sought = (rig, runs, values, fit), []
     for name in KNOTS:
         knots = _knots(name, known)
         if len(knots) > 2:
-            found += _families(name, knots, (rig, runs, values, fit), known)
-            powers = _powers(name, knots, (rig, runs, values, fit), known) if name in POWERS else None
-            found += [] if powers is None else [powers]
-    words = QUANTITIES[rig.coordinate]
-    model = (rig, runs, values, fit)
-    others = (_of_thrust(model, known), _by_run(model, known), _curve(runs, fit, known, word=words["T"].word))
-    return [*found, *(one for one in others if one is not None)]
+            sought += [
+                _hats(name, knots, model, known),
+                *(_powers(name, knots, model, known) if name in POWERS else []),
+            ]
+    sought += [*_of_thrust(model, known), _by_run(model, known)]
+    curve = _curve(runs, fit, known, word=QUANTITIES[rig.coordinate]["T"].word)
+    return [*_pushed(model, known, sought), *([] if curve is None else [curve])]
 
 
-def _families(
-    name: str,
-    knots: Array,
-    model: tuple[Rig, Sequence[MeasuredRun], Sequence[dict[str, float]], Fit],
-    paths: Sequence[Path],
-) -> list[Direction]:
+Model = tuple[Rig, Sequence[MeasuredRun], Sequence[dict[str, float]], Fit]
+
+
+@dataclass(frozen=True)
+class _Sought:
+    """Small forces in the steps of every run, shape (steps, q) each, and the families that their rows make."""
+
+    forces: Sequence[Array]
+    made: Callable[[tuple[Array, ...]], list[Direction]]
+
+
+def _hats(name: str, knots: Array, model: Model, paths: Sequence[Path]) -> _Sought:
     """Hats at these places, and finer ones where the quantity has them: a coarse hat is a sum of fine ones."""
     plainly = [1.0] * len(paths)
     if name not in FINER:
-        plain = _family(name, knots, model, paths, plainly)
-        return [] if plain is None else [plain]
+        return _family(name, knots, model, paths, plainly)
     close = np.union1d(knots, np.linspace(knots[0], knots[-1], FINER[name]))
+    sums, values = hats(close, knots), {f"{name}@{at}": float(knot) for at, knot in enumerate(knots)}
+
+    def both(found: list[Direction]) -> list[Direction]:
+        (fine,) = found
+        coarse = replace(fine, values=values, rows=tuple(part @ sums for part in fine.rows), ways=tuple(values))
+        return [coarse, replace(fine, effect=f"fine {fine.effect}")]
+
     fine = _family(name, close, model, paths, plainly)
-    if fine is None:
-        return []
-    sums = hats(close, knots)
-    values = {f"{name}@{at}": float(knot) for at, knot in enumerate(knots)}
-    coarse = replace(fine, values=values, rows=tuple(part @ sums for part in fine.rows), ways=tuple(values))
-    return [coarse, replace(fine, effect=f"fine {fine.effect}")]
+    return replace(fine, made=lambda rows: both(fine.made(rows)))
 
 
 def _path(rig: Rig, measured: MeasuredRun, values: dict[str, float]) -> Path | None:
@@ -169,37 +176,26 @@ def _splines(by: Array, knots: Array) -> Array:
 
 
 def _family(
-    name: str,
-    knots: Array,
-    model: tuple[Rig, Sequence[MeasuredRun], Sequence[dict[str, float]], Fit],
-    paths: Sequence[Path],
-    factors: Sequence[Array | float],
-) -> Direction | None:
+    name: str, knots: Array, model: Model, paths: Sequence[Path], factors: Sequence[Array | float], of: str = ""
+) -> _Sought:
     """Hats or splines of one quantity; `factors`: what they are multiplied by along each run."""
-    parts = _splines if name in LINE else hats
-    rows = _columns(name, partial(parts, knots=knots), model, paths, factors)
-    if rows is None:
-        return None
     values = {f"{name}@{at}": float(knot) for at, knot in enumerate(knots)}
-    return Direction(_word(name, model[0]), values, _amount(model[0], model[1]), rows, ways=tuple(values),
-                     listed=(1,) if name in LINE else STRAIGHT, straight=LINE.get(name, {}))  # fmt: skip
+    listed = (1,) if name in LINE else STRAIGHT
+    known = Direction(_word(name, model[0]) + of, values, _amount(*model[:2]), (), ways=tuple(values), listed=listed,
+                      straight=LINE.get(name, {}))  # fmt: skip
+    parts = partial(_splines if name in LINE else hats, knots=knots)
+    return _law(name, parts, model, paths, factors, lambda rows: replace(known, rows=rows))
 
 
-def _powers(
-    name: str,
-    knots: Array,
-    model: tuple[Rig, Sequence[MeasuredRun], Sequence[dict[str, float]], Fit],
-    paths: Sequence[Path],
-) -> Direction | None:
+def _powers(name: str, knots: Array, model: Model, paths: Sequence[Path]) -> list[_Sought]:
     """Sums of powers of a pull of the line."""
     most = float(np.abs(knots).max())
     if not most > 0.0:
-        return None
+        return []
     powers = Powers(most, POWERS[name], EVEN[name])
-    rows = _columns(name, powers.columns, model, paths, [1.0] * len(paths))
-    if rows is None:
-        return None
-    return powers.direction(_word(name, model[0], "powers of "), _amount(*model[:2]), rows, KNOTS[name], LINE[name])
+    word, amount = _word(name, model[0], "powers of "), _amount(*model[:2])
+    return [_law(name, powers.columns, model, paths, [1.0] * len(paths),
+                 lambda rows: powers.direction(word, amount, rows, KNOTS[name], LINE[name]))]  # fmt: skip
 
 
 def _word(name: str, rig: Rig, of: str = "") -> str:
@@ -208,22 +204,29 @@ def _word(name: str, rig: Rig, of: str = "") -> str:
     return f"{words['T' if name in LINE else 'F'].word} of {of}{words[name].word}"
 
 
-def _columns(
+def _law(
     name: str,
     basis: Basis,
-    model: tuple[Rig, Sequence[MeasuredRun], Sequence[dict[str, float]], Fit],
+    model: Model,
     paths: Sequence[Path],
     factors: Sequence[Array | float],
-) -> tuple[Array, ...] | None:
-    """What a small force of each part of a law does to the residuals of every run; none where no motion follows."""
+    made: Callable[[tuple[Array, ...]], Direction],
+) -> _Sought:
+    """Small forces of each part of a law; a pull of the line is read by the cell as well."""
     way = -1.0 if name in LINE else 1.0
+    forces = [_stepped(path, _where(basis, path.by[name]) * np.reshape(way * factor, (-1, 1)))
+              for path, factor in zip(paths, factors, strict=True)]  # fmt: skip
 
-    def pulled(number: int, path: Path) -> Array:
-        return np.asarray(_where(basis, path.by[name]) * np.reshape(way * factors[number], (-1, 1)))
+    def with_cell(rows: tuple[Array, ...]) -> list[Direction]:
+        return [made(_read_by_cell(name, basis, model, paths, rows) if name in LINE else rows)]
 
-    rows = _pushed(model, paths, [pulled(number, path) for number, path in enumerate(paths)])
-    if rows is None or name not in LINE:
-        return rows
+    return _Sought(forces, with_cell)
+
+
+def _read_by_cell(
+    name: str, basis: Basis, model: Model, paths: Sequence[Path], rows: tuple[Array, ...]
+) -> tuple[Array, ...]:
+    """Rows of a pull of the line with what the cell reads of it."""
     rig, runs, _, fit = model
     for number, (row, run, path) in enumerate(zip(rows, runs, paths, strict=True)):
         cell = _cell(fit, number)
@@ -235,18 +238,17 @@ def _columns(
     return rows
 
 
-def _pushed(
-    model: tuple[Rig, Sequence[MeasuredRun], Sequence[dict[str, float]], Fit],
-    paths: Sequence[Path],
-    forces: Sequence[Array],
-) -> tuple[Array, ...] | None:
-    """What small forces, of unit size at the places of the paths, do to the residuals of every run, shape (n, q)."""
+def _pushed(model: Model, paths: Sequence[Path], sought: Sequence[_Sought]) -> list[Direction]:
+    """Families by what small forces, of unit size in the steps of the paths, do to the residuals of every run.
+
+    All together, since the motion under them is the same; none where it cannot be followed.
+    """
     rig, runs, values, fit = model
     amount = _amount(rig, runs)
 
     def block(number: int) -> Array | None:
         run, path = runs[number], paths[number]
-        steps = amount * forces[number].reshape(len(path.edges), WITHIN, -1).mean(axis=1)
+        steps = amount * np.hstack([one.forces[number] for one in sought])
         try:
             found = pushed(rig.with_values(values[number]), run.run, path.edges, steps)
         except MetrologyError:
@@ -259,7 +261,17 @@ def _pushed(
     with ThreadPoolExecutor(WORKERS) as pool:
         made = list(pool.map(block, range(len(runs))))
     rows = [one for one in made if one is not None]
-    return tuple(rows) if len(rows) == len(made) else None
+    if len(rows) < len(made):
+        return []
+    ends = np.cumsum([one.forces[0].shape[1] for one in sought])[:-1]
+    parts = zip(*(np.split(one, ends, axis=1) for one in rows), strict=True)
+    return [found for one, part in zip(sought, parts, strict=True)
+            for found in one.made(tuple(map(np.ascontiguousarray, part)))]  # fmt: skip
+
+
+def _stepped(path: Path, forces: Array) -> Array:
+    """Mean over each step of forces at the places within, shape (places, q) → (steps, q)."""
+    return np.asarray(forces.reshape(len(path.edges), WITHIN, -1).mean(axis=1))
 
 
 def _where(basis: Basis, by: Array) -> Array:
@@ -270,38 +282,36 @@ def _where(basis: Basis, by: Array) -> Array:
     return found
 
 
-def _of_thrust(
-    model: tuple[Rig, Sequence[MeasuredRun], Sequence[dict[str, float]], Fit], paths: Sequence[Path]
-) -> Direction | None:
+def _of_thrust(model: Model, paths: Sequence[Path]) -> list[_Sought]:
     """Part of the thrust that changes with the time of a run, alike in all: it fades, or comes up slowly."""
     runs = model[1]
     if any(run.run.force is None for run in runs):
-        return None
+        return []
     factors = [thrust(run.run, path.by["t"] + run.run.t0) for run, path in zip(runs, paths, strict=True)]
     most = max(float(np.abs(one).max()) for one in factors)
     if not most > 0.0:
-        return None
+        return []
     knots = np.linspace(0.0, max(float(path.by["t"].max()) for path in paths), IN_RUN)
-    found = _family("t", knots, model, paths, [one / most for one in factors])
-    return None if found is None else replace(found, effect=f"{found.effect} {THRUST}", listed=(0,))
+    found = _family("t", knots, model, paths, [one / most for one in factors], f" {THRUST}")
+    return [replace(found, made=lambda rows: [replace(one, listed=(0,)) for one in found.made(rows)])]
 
 
-def _by_run(
-    model: tuple[Rig, Sequence[MeasuredRun], Sequence[dict[str, float]], Fit], paths: Sequence[Path]
-) -> Direction | None:
+def _by_run(model: Model, paths: Sequence[Path]) -> _Sought:
     """Force of the time of each run by itself: of what moves along with the module, or of what changes its thrust."""
     rig, runs, _, _ = model
     places = [np.linspace(0.0, float(np.max(path.by["t"])), IN_RUN) for path in paths]
-    own = _pushed(model, paths, [hats(path.by["t"], knots) for path, knots in zip(paths, places, strict=True)])
-    if own is None:
-        return None
     names = {f"t {number}@{at}": float(t) for number, knots in enumerate(places) for at, t in enumerate(knots)}
-    rows = tuple(np.zeros((len(part), len(names))) for part in own)
-    for number, part in enumerate(own):
-        rows[number][:, number * IN_RUN : (number + 1) * IN_RUN] = part
     words = QUANTITIES[rig.coordinate]
     effect = f"{words['F'].word} of {words['t'].word} {ALONE}"
-    return Direction(effect, names, _amount(rig, runs), rows, ways=tuple(names), listed=STRAIGHT)
+
+    def made(own: tuple[Array, ...]) -> list[Direction]:
+        rows = tuple(np.zeros((len(part), len(names))) for part in own)
+        for number, part in enumerate(own):
+            rows[number][:, number * IN_RUN : (number + 1) * IN_RUN] = part
+        return [Direction(effect, names, _amount(rig, runs), rows, ways=tuple(names), listed=STRAIGHT)]
+
+    forces = [_stepped(path, hats(path.by["t"], knots)) for path, knots in zip(paths, places, strict=True)]
+    return _Sought(forces, made)
 
 
 def _cell(fit: Fit, at: int) -> Segment | None:

@@ -144,6 +144,15 @@ class Line:
         taken = orthonormal(np.hstack([self.base, *(one.rows for one in self.columns), *extra]))
         return taken, self.residual - taken @ (taken.T @ self.residual)
 
+    @cached_property
+    def left(self) -> tuple[Array, ...]:
+        """What the base leaves of the rows of each column."""
+        if not self.columns:
+            return ()
+        widths = np.cumsum([one.rows.shape[1] for one in self.columns])[:-1]
+        whole = np.asfortranarray(self.beside(np.hstack([one.rows for one in self.columns])))
+        return tuple(np.split(whole, widths, axis=1))
+
     def with_misfit(self, factor: float) -> Line:
         """Return the same line with another λ: readings weigh less by its root, priors as before."""
         weight = np.ones(len(self.residual))

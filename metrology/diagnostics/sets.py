@@ -252,20 +252,17 @@ def table(line: Line, candidates: Mapping[str, Candidate], most: int = MOST, fre
     free : int, optional
         Degrees of freedom of the fit, where the noise is estimated with the rest.
     """
-    carried = [column for column in line.columns if column.direction is None]
     blocks = len(line.fit.problem.blocks)
     prices = {one.effect: price(candidates[one.effect], line.count, blocks) for one in line.columns}
     residual = line.beside(line.residual)
     wide = {name: ways(candidates[name], blocks) for name in prices}
-    members = {one.effect: Member(one, line.beside(one.rows), prices[one.effect], ways=wide[one.effect])
-               for one in carried}  # fmt: skip
+    members = {one.effect: Member(one, rows, prices[one.effect], ways=wide[one.effect])
+               for one, rows in zip(line.columns, line.left, strict=True) if one.direction is None}  # fmt: skip
     span = orthonormal_of([member.rows for member in members.values()], len(residual))
     best: dict[str, tuple[float, Member]] = {}
-    for column in line.columns:
-        if column.direction is None:
-            continue
-        rows = _seen(line, column)
-        gain = _gain(column, rows - span @ (span.T @ rows), residual - span @ (span.T @ residual), len(line.fit.theta))
+    left = residual - span @ (span.T @ residual)
+    for column, rows in _tried(line):
+        gain = _gain(column, rows - span @ (span.T @ rows), left, len(line.fit.theta))
         cost = prices[column.effect]
         if gain is not None and (column.effect not in best or gain - cost > best[column.effect][0] + ALIKE * gain):
             width = column.rows.shape[1]
@@ -284,18 +281,16 @@ def table(line: Line, candidates: Mapping[str, Candidate], most: int = MOST, fre
 
 def scores(line: Line) -> dict[str, Score]:
     """Score of every candidate in the shape that the readings like best, alone beside the fit."""
-    span = orthonormal_of([line.beside(one.rows) for one in line.columns if one.direction is None], len(line.residual))
+    span = orthonormal_of(list(_carried(line).values()), len(line.residual))
     residual = line.beside(line.residual)
     residual = residual - span @ (span.T @ residual)
     found: dict[str, Score] = {}
-    for column in line.columns:
-        if column.direction is None:
-            continue
-        rows = _seen(line, column)
+    for column, rows in _tried(line):
         rows = rows - span @ (span.T @ rows)
         gain = _gain(column, rows, residual, len(line.fit.theta))
         if gain is None:
             continue
+        assert column.direction is not None
         one = Score(math.sqrt(2 * max(gain, 0.0)), float(np.linalg.norm(rows[:, 0])), column.direction.amount)
         if column.effect not in found or one.z > found[column.effect].z * (1 + ALIKE):
             found[column.effect] = one
@@ -309,7 +304,7 @@ def instead(line: Line, candidates: Mapping[str, Candidate], name: str) -> dict[
     that is best beside the effect has nothing to do with it.
     """
     blocks, priors = len(line.fit.problem.blocks), len(line.fit.theta)
-    carried = {one.effect: line.beside(one.rows) for one in line.columns if one.direction is None}
+    carried = _carried(line)
     own = carried.pop(name)
     span, residual = orthonormal_of(list(carried.values()), len(line.residual)), line.beside(line.residual)
     residual = residual - span @ (span.T @ residual)
@@ -321,11 +316,9 @@ def instead(line: Line, candidates: Mapping[str, Candidate], name: str) -> dict[
     (effect,) = (one for one in line.columns if one.direction is None and one.effect == name)
     found: dict[str, float] = {}
     least = worth(effect, own)
-    for column in line.columns:
-        shapes = (size.shape and not size.held for size in candidates[column.effect].parameters)
-        if column.direction is None or not any(shapes):
-            continue
-        found[column.effect] = max(found.get(column.effect, -math.inf), worth(column, _seen(line, column)) - least)
+    for column, rows in _tried(line):
+        if any(size.shape and not size.held for size in candidates[column.effect].parameters):
+            found[column.effect] = max(found.get(column.effect, -math.inf), worth(column, rows) - least)
     return found
 
 
@@ -334,16 +327,28 @@ def orthonormal_of(parts: Sequence[Array], count: int) -> Array:
     return orthonormal(np.hstack(parts)) if parts else np.zeros((count, 0))
 
 
-def _seen(line: Line, column: Column) -> Array:
-    """What the base leaves of a column, shape (n + p, q); of a derivative without readings where none of them shows it.
+def _carried(line: Line) -> dict[str, Array]:
+    """What the base leaves of the columns of each effect that the fit carries."""
+    return {one.effect: rows for one, rows in zip(line.columns, line.left, strict=True) if one.direction is None}
 
-    Only the priors show it then: a compliance of the set-up is a softer line, which the stated k contradicts.
+
+def _tried(line: Line) -> Iterator[tuple[Column, Array]]:
+    """Columns of the candidates and what the base leaves of each, shape (n + p, q).
+
+    A derivative without readings where none of them shows it: only the priors show it then, as a compliance of the
+    set-up is a softer line, which the stated k contradicts.
     """
-    rows, split = line.beside(column.rows), len(line.residual) - len(line.fit.theta)
-    if column.direction is not None and column.direction.exact:
-        hidden = np.linalg.norm(rows[:split], axis=0) <= INVISIBLE * np.linalg.norm(column.rows, axis=0)
-        rows[:split, hidden] = 0.0
-    return rows
+    split = len(line.residual) - len(line.fit.theta)
+    for column, left in zip(line.columns, line.left, strict=True):
+        if column.direction is None:
+            continue
+        rows = left
+        if column.direction.exact:
+            hidden = np.linalg.norm(rows[:split], axis=0) <= INVISIBLE * np.linalg.norm(column.rows, axis=0)
+            if hidden.any():
+                rows = rows.copy()
+                rows[:split, hidden] = 0.0
+        yield column, rows
 
 
 def _gain(column: Column, rows: Array, residual: Array, priors: int) -> float | None:

@@ -33,8 +33,6 @@ if TYPE_CHECKING:
     from metrology.diagnosis import Diagnosis
 
 Progress = Callable[[str], None]
-JACKKNIFE = 3
-"""Runs from which on the paper's way gets a standard uncertainty."""
 
 
 @dataclass(frozen=True)
@@ -331,27 +329,8 @@ def _paper(test: ResponseTest, weighted: Identification, *, progress: Progress) 
     found = estimation.paper_way(test.rig, runs, start=(weighted.value("k"), weighted.value("c")))
     if found.status != "ok":
         return PaperResult("failed", found.sentence, None, None, None, None, (), None)
-    k_u, c_u = _jackknife(test.rig, runs, (found.k, found.c))
     rms = tuple(found.rms.items())
-    return PaperResult("ok", found.sentence, found.k, found.c, k_u, c_u, rms, found.objective)
-
-
-def _jackknife(
-    rig: Rig, runs: tuple[MeasuredRun, ...], start: tuple[float, float]
-) -> tuple[float | None, float | None]:
-    """Standard uncertainty by leaving out one run at a time: u² = (n − 1)/n·Σ(θ_i − θ̄)².
-
-    Efron, The Jackknife, the Bootstrap and Other Resampling Plans (1982), 3.
-    """
-    count = len(runs)
-    if count < JACKKNIFE:
-        return None, None
-    left = [estimation.paper_way(rig, runs[:at] + runs[at + 1 :], start=start) for at in range(count)]
-    values = np.array([(one.k, one.c) for one in left if one.status == "ok"])
-    if len(values) < count:
-        return None, None
-    k_u, c_u = np.sqrt((count - 1) / count * np.sum((values - values.mean(axis=0)) ** 2, axis=0))
-    return float(k_u), float(c_u)
+    return PaperResult("ok", found.sentence, found.k, found.c, found.k_u, found.c_u, rms, found.objective)
 
 
 def _finding(

@@ -39,6 +39,8 @@ SMALL = 1e-6
 """Step of a state over its largest value."""
 FAINT = 1e-22
 """Weight per length, N/m, of a line that stretches nothing and whose slack pull is in proportion to it."""
+FIRST = 0.3
+"""Least of the longest steps over the line's time 1/ω: a leg is no shorter in steps than `first_size` begins."""
 GRADED = 1e-13
 """Share of a slack leg left out at its ends, where a faint line's pull goes as 1/√(s − L): its root is the error."""
 
@@ -659,9 +661,12 @@ def is_faint(r, p, which):
     return found
 
 
-def curved_trace(Y, Z, t, length, last, r, p, kind, at, pair, largest, step, which, plan, rule,
+def curved_trace(Y, Z, t, length, last, r, p, kind, at, pair, largest, step, which, plan, rule, begun,
                  grids, shifts, firsts, outs, place, together):  # fmt: skip
-    """Carry the derivatives along a leg of a nonlinear regime: samples written, Y and Z moved on."""
+    """Carry the derivatives along a leg of a nonlinear regime: samples written, Y and Z moved on; the next step.
+
+    `begun`: step to begin with where it goes on in the regime of the leg before, else 0.
+    """
     n, many = kind[N], which.shape[0]
     nodes, integral, bary = rule
     count = nodes.shape[0]
@@ -675,16 +680,17 @@ def curved_trace(Y, Z, t, length, last, r, p, kind, at, pair, largest, step, whi
     F, slope, done, end = Y[n], Y[n + 1], 0.0, count - 1
     omega = fastest(r, p, kind)
     motion(y, F, r, p, kind, at, stages[0])
-    h = first_size(y, stages[0], length, omega, largest)
+    h = begun if begun > 0.0 else first_size(y, stages[0], length, omega, largest)
     if p[LAG] > 0.0 and y[at[THRUST]] != F:
         h = min(h, p[LAG])
-    limit = min(2.0 / omega if omega > 0.0 else length, length / 4.0)
+    limit = min(2.0 / omega, max(length / 4.0, FIRST / omega)) if omega > 0.0 else length / 4.0
     graded = is_faint(r, p, which)
     partials(0, y, F, r, p, kind, at, which, plan, step, J, by_F, by_p, d0, d1, d2)
     while done < length:
         h = min(h, limit)
         if graded and length - done > GRADED * length:
             h = min(h, done + GRADED * length, 0.35 * (length - done))
+        wanted = h
         if done + h * 1.0000001 >= length:
             h = length - done
         take_step(y, F, slope, h, r, p, kind, at, pair, stages, new, probe)
@@ -716,9 +722,10 @@ def curved_trace(Y, Z, t, length, last, r, p, kind, at, pair, largest, step, whi
         J[0], by_F[0], by_p[0] = J[end], by_F[end], by_p[end]
         F += slope * h
         done = done_after
-        h *= growth(error)
+        h = max(wanted, h * growth(error)) if at_end else h * growth(error)
     Y[:n] = y[:n]
     Y[n] = F
+    return h
 
 
 # ---- a run ----------------------------------------------------------------------------------------------------------
@@ -780,7 +787,7 @@ def trace(legs, p, which, small, low, kind, at, pair, rule, start, edges, forces
     shifts, firsts = np.zeros(3), np.zeros(3, np.int64)
     shifts[0], shifts[1], shifts[2] = p[CLOCK_X], p[CLOCK_V], p[CLOCK_T]
     together = kind[TOGETHER] == 1 and shifts[0] == shifts[1] and shifts[1] == shifts[2]
-    leg = 0
+    leg, begun = 0, 0.0
     while not np.isnan(legs[leg, SINCE]):
         t, length, ending = legs[leg, SINCE], legs[leg, SPAN], int(legs[leg, ENDING])
         F, slope = legs[leg, PUSH], legs[leg, GROWTH]
@@ -837,10 +844,11 @@ def trace(legs, p, which, small, low, kind, at, pair, rule, start, edges, forces
                 firsts[1], firsts[2] = firsts[0], firsts[0]
             if not last:
                 drift(A[slot], by_A[slot], active[slot], reached[slot], Y, Z, length, E, L, room)
+            begun = 0.0
         elif length > 0.0:
-            curved_trace(
-                Y, Z, t, length, last, r, p, kind, at, pair, largest, step, which, plan, rule, grids, shifts, firsts,
-                outs, place, together,
+            begun = curved_trace(
+                Y, Z, t, length, last, r, p, kind, at, pair, largest, step, which, plan, rule, begun, grids, shifts,
+                firsts, outs, place, together,
             )  # fmt: skip
         if last:
             break
@@ -856,6 +864,8 @@ def trace(legs, p, which, small, low, kind, at, pair, rule, start, edges, forces
         motion(after, legs[leg, PUSH], follows, p, kind, at, d1)
         if length > 1e-12 or ending >= WATCHED:  # else it follows at once, at the time of the event before
             shift_of(ending, y, F, slope, r, p, kind, at, which, plan, step, Z, d0, shift, g0, g1, g2)
+        if ending != FORCE:
+            begun = 0.0
         for j in range(many):
             for i in range(n):
                 Z[i, j] += (d0[i] - d1[i]) * shift[j]

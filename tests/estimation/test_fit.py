@@ -1,3 +1,4 @@
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -178,6 +179,19 @@ def test_twice_paper_way_agrees_where_its_assumptions_hold(nylon):
     assert simple.status == "ok"
     assert simple.k == pytest.approx(167.64, rel=2e-3)
     assert simple.c == pytest.approx(8.0, rel=1e-2)
+
+
+@pytest.mark.long
+def test_twice_jackknife_of_paper_way_agrees_with_searches_without_each_run(nylon):
+    """One straight step without a run leads where a search of its own does, but for the small minima of the sum."""
+    runs = [replace(one, name=f"{one.name} {seed}") for seed in (11, 12, 13)
+            for one in runs_of(truth_of("nylon"), seed, scatter=Scatter())]  # fmt: skip
+    whole = paper_way(stated("nylon"), runs)
+    left = [paper_way(stated("nylon"), [*runs[:at], *runs[at + 1 :]], start=(whole.k, whole.c))
+            for at in range(len(runs))]  # fmt: skip
+    for name, u in (("k", whole.k_u), ("c", whole.c_u)):
+        values = np.array([getattr(one, name) for one in left])
+        assert u == pytest.approx(math.sqrt((len(runs) - 1) * values.var()), rel=0.3)
 
 
 def refusal(call):
