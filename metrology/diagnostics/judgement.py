@@ -318,7 +318,7 @@ def _sharper(search: Search, view: View, forms: Sequence[Direction]) -> tuple[Li
     sought = np.hstack([whole.base, *(one.rows for one in whole.columns if one.direction is None)])
     least = min(misfit(whole, sought, (every, left)), view.noise.misfit)
     # χ² that everything that is known leaves of the readings, as if nothing but noise had been fitted.
-    return whole.with_misfit(least), float(left @ left + every.shape[1] - orthonormal(sought).shape[1])
+    return whole.with_misfit(least), float(left @ left + every.width - orthonormal(sought).shape[1])
 
 
 def _beside_lines(search: Search, view: View, forms: Sequence[Direction]) -> Line:

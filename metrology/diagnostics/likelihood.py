@@ -9,7 +9,7 @@ effects is then closed-form (`sets`). The noise is whitened channel by channel (
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -26,6 +26,8 @@ RANK = 1e-9
 RESOLVED = 1e-5
 """Part of a column below which what others leave of it is not resolved: columns are differences of two motions, which
 agree to half of their digits."""
+CHUNK = 4096
+"""Rows of a matrix that are worked on at a time."""
 ABOUT = 8
 """Bins of the spectrum either side of a line over which the noise about it is taken: 30 degrees of freedom, a quarter;
 a mode of a clamp or frame with 1 % of damping is as wide where a record holds hundreds of its periods."""
@@ -135,14 +137,14 @@ class Line:
         return orthonormal(self.base)
 
     @cached_property
-    def explained(self) -> tuple[Array, Array]:
-        """Orthonormal columns of everything in the line, and what they leave of the residual."""
+    def explained(self) -> tuple[Span, Array]:
+        """Span of everything in the line, and what it leaves of the residual."""
         return self.explained_with(())
 
-    def explained_with(self, extra: Sequence[Array]) -> tuple[Array, Array]:
+    def explained_with(self, extra: Sequence[Array]) -> tuple[Span, Array]:
         """Return the same of everything in the line together with further columns, shape (n + p, q) each."""
-        taken = orthonormal(np.hstack([self.base, *(one.rows for one in self.columns), *extra]))
-        return taken, self.residual - taken @ (taken.T @ self.residual)
+        taken = spanned((self.base, *(one.rows for one in self.columns), *extra))
+        return taken, self.residual - taken.part(self.residual)
 
     @cached_property
     def left(self) -> tuple[Array, ...]:
@@ -169,6 +171,54 @@ class Line:
         return np.asarray(left - self.basis @ (self.basis.T @ left))
 
 
+@dataclass(frozen=True)
+class Span:
+    """Orthonormal columns that span others, formed for some rows at a time: all at once they fill gigabytes.
+
+    Parameters
+    ----------
+    columns : tuple of ndarray, shapes (n, q)
+        What is spanned.
+    turn : ndarray, shape (Σq, r)
+        The orthonormal columns as sums of them.
+    """
+
+    columns: tuple[Array, ...]
+    turn: Array
+
+    @property
+    def width(self) -> int:
+        """Number r of orthonormal columns."""
+        return int(self.turn.shape[1])
+
+    def rows(self, at: slice) -> Array:
+        """Some rows of the orthonormal columns."""
+        return np.asarray(np.hstack([one[at] for one in self.columns]) @ self.turn)
+
+    def part(self, vector: Array) -> Array:
+        """Part of a vector, shape (n,), within the span."""
+        amounts = self.turn @ (self.turn.T @ np.concatenate([one.T @ vector for one in self.columns]))
+        ends = np.cumsum([one.shape[1] for one in self.columns])[:-1]
+        parts = zip(self.columns, np.split(amounts, ends), strict=True)
+        return np.asarray(sum((one @ amount for one, amount in parts), np.zeros(len(vector))))
+
+
+def chunks(columns: Sequence[Array]) -> Iterator[Array]:
+    """Columns of equal length side by side, `CHUNK` rows at a time."""
+    for first in range(0, len(columns[0]), CHUNK):
+        yield np.hstack([one[first : first + CHUNK] for one in columns])
+
+
+def spanned(columns: tuple[Array, ...]) -> Span:
+    """Span of columns, as `orthonormal` finds it."""
+    from scipy.linalg import solve_triangular
+
+    turn = _turn(sum((part.T @ part for part in chunks(columns)), np.zeros(())))
+    squares = (once.T @ once for once in (part @ turn for part in chunks(columns)))
+    lower = np.linalg.cholesky(sum(squares, np.zeros(())))
+    return Span(columns, np.asarray(solve_triangular(lower, turn.T, lower=True).T))
+
+
 def orthonormal(columns: Array) -> Array:
     """Orthonormal columns with the same span; those that add nothing are left out.
 
@@ -177,14 +227,18 @@ def orthonormal(columns: Array) -> Array:
     """
     from scipy.linalg import solve_triangular
 
-    gram = columns.T @ columns
+    once = columns @ _turn(columns.T @ columns)
+    lower = np.linalg.cholesky(once.T @ once)
+    return np.asarray(solve_triangular(lower, once.T, lower=True, overwrite_b=True, check_finite=False).T)
+
+
+def _turn(gram: Array) -> Array:
+    """Sums of columns with this Gram matrix that are orthonormal, but for rounding, shape (q, r)."""
     size = np.sqrt(np.diag(gram))
     scale = np.divide(1.0, size, out=np.zeros_like(size), where=size > 0)
     squares, ways = np.linalg.eigh(scale[:, None] * gram * scale)
     seen = squares > RESOLVED**2
-    once = columns @ (scale[:, None] * ways[:, seen] / np.sqrt(squares[seen]))
-    lower = np.linalg.cholesky(once.T @ once)
-    return np.asarray(solve_triangular(lower, once.T, lower=True, overwrite_b=True, check_finite=False).T)
+    return np.asarray(scale[:, None] * ways[:, seen] / np.sqrt(squares[seen]))
 
 
 def line(
@@ -290,7 +344,7 @@ def _tried(one: Direction, data: Array, precision: Array, *, signed: bool) -> Co
 
 
 # ---- what the full list leaves ------------------------------------------------------------------------------------
-def misfit(full: Line, sought: Array, explained: tuple[Array, Array] | None = None) -> float:
+def misfit(full: Line, sought: Array, explained: tuple[Span, Array] | None = None) -> float:
     """λ: mean square of what the full list leaves, where the unknowns act, over that of the noise; 1 at least.
 
     With orthonormal whitened columns Q of the unknowns and the periodogram P̂ of the residual,
@@ -303,14 +357,14 @@ def misfit(full: Line, sought: Array, explained: tuple[Array, Array] | None = No
         With every candidate, weighted with a misfit of 1.
     sought : ndarray, shape (n + p, m)
         Columns of the unknowns and effects about which something is to be said.
-    explained : (ndarray, ndarray), shapes (n + p, q) and (n + p,), optional
-        Orthonormal columns of a longer list than the line's own, and what they leave.
+    explained : (Span, ndarray of shape (n + p,)), optional
+        Span of a longer list than the line's own, and what it leaves.
     """
     taken, left = explained or full.explained
     Q = orthonormal(sought)
     over = power = 0.0
     for rows in _segments(full.fit):
-        weight, here = _spectral(Q[rows], left[rows], taken[rows], taken.shape[1])
+        weight, here = _spectral(Q[rows], left[rows], taken.rows(rows), taken.width)
         over += float((weight * here).sum())
         power += float(weight.sum())
     # Known to some per cent; rounded, it is the same on every processor.
@@ -336,11 +390,12 @@ def narrow(full: Line, lines: Sequence[Array], whole: float) -> tuple[tuple[slic
     found = []
     for part in _segments(full.fit):
         own = np.zeros((part.stop - part.start, 0))
+        along = taken.rows(part) if lines else own
         for rows in lines:
             columns = rows[part][:, rows[part].any(axis=0)]
             if not columns.shape[1]:
                 continue
-            weight, here = _spectral(orthonormal(columns), left[part], taken[part], ABOUT)
+            weight, here = _spectral(orthonormal(columns), left[part], along, ABOUT)
             factor = round(float((weight * here).sum() / weight.sum()), PLACES) / whole
             if factor > 1.0:
                 about = _about(columns)

@@ -14,7 +14,7 @@ from scipy.stats import multivariate_normal
 
 from metrology.diagnostics.candidate import Candidate
 from metrology.diagnostics.laws import Family, Kind, Law, compressed, estimates, families, of_families, together
-from metrology.diagnostics.likelihood import Line, Noise, common, line, misfit, narrow, noise, weighted
+from metrology.diagnostics.likelihood import Line, Noise, common, line, misfit, narrow, noise, spanned, weighted
 from metrology.diagnostics.plain import Plain, Readings, Trial
 from metrology.diagnostics.search import Search
 from metrology.diagnostics.sets import NONE, Scarce, log_likelihood, log_prior, price
@@ -202,6 +202,21 @@ def test_law_misfit_is_none_of_white_noise_and_large_where_something_slow_is_lef
 
 
 # ---- unlisted laws ------------------------------------------------------------------------------------------------
+def test_closed_form_span_formed_for_some_rows_at_a_time_is_that_of_all_columns():
+    """Longer than what is worked on at a time; one column is nearly the sum of two others, another exactly."""
+    rng = np.random.default_rng(5)
+    first, more = rng.normal(size=(9001, 5)), rng.normal(size=(9001, 3))
+    more[:, 0] = first[:, 0] + first[:, 1] + 1e-3 * more[:, 0]
+    more[:, 1] = first[:, 2] - 2 * first[:, 3]
+    found, whole = spanned((first, more)), np.hstack([first, more])
+    turned = found.rows(slice(None))
+    assert found.width == 7
+    assert turned.T @ turned == pytest.approx(np.eye(7), abs=1e-10)
+    assert found.rows(slice(4000, 9000)) == pytest.approx(turned[4000:9000], abs=0)
+    y = rng.normal(size=9001)
+    assert found.part(y) == pytest.approx(whole @ np.linalg.lstsq(whole, y, rcond=1e-9)[0], abs=1e-9)
+
+
 def law(y: np.ndarray):
     subject = subject_of(y)
     fit = subject.fit((), [{}])
