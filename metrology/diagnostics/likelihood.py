@@ -152,8 +152,8 @@ class Line:
         if not self.columns:
             return ()
         widths = np.cumsum([one.rows.shape[1] for one in self.columns])[:-1]
-        whole = np.asfortranarray(self.beside(np.hstack([one.rows for one in self.columns])))
-        return tuple(np.split(whole, widths, axis=1))
+        whole = np.asfortranarray(np.hstack([one.rows for one in self.columns]))
+        return tuple(np.split(self._reduced(whole), widths, axis=1))
 
     def with_misfit(self, factor: float) -> Line:
         """Return the same line with another λ: readings weigh less by its root, priors as before."""
@@ -167,8 +167,15 @@ class Line:
 
     def beside(self, rows: Array) -> Array:
         """What the base leaves of rows."""
-        left = rows - self.basis @ (self.basis.T @ rows)
-        return np.asarray(left - self.basis @ (self.basis.T @ left))
+        return self._reduced(np.array(rows))
+
+    def _reduced(self, rows: Array) -> Array:
+        """Rows less their part within the base, in place; twice, since rounding leaves some of it."""
+        for _ in range(2):
+            amounts = self.basis.T @ rows
+            for first in range(0, len(rows), CHUNK):
+                rows[first : first + CHUNK] -= self.basis[first : first + CHUNK] @ amounts
+        return rows
 
 
 @dataclass(frozen=True)
