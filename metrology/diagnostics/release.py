@@ -99,8 +99,9 @@ class Record:
     `nodes`, `weights`: three times in each block and their weights, shape (3, n), by which the mean of a motion over
     the samples of the block is formed (a rule of Gauss for the block's own time stamps, exact up to the fourth power).
     Time zero is the first node. `u`: standard uncertainty of every reading. `lines`: what was taken out before.
-    `per_block`: readings that were averaged; `rounding`: by what rounding alone their mean is off, however many they
-    are; `is_known`: `u` is the least that rounded readings say (`decay.rounding`), and the noise no less.
+    `noise`: standard deviation of the readings before they were averaged, so many `per_block`; `rounding`: by what
+    rounding alone their mean is off, however many they are; `is_known`: `u` is what rounded readings say
+    (`decay.rounding`), and the noise no less.
     """
 
     name: str
@@ -116,6 +117,7 @@ class Record:
     v0: float
     level: float
     lines: tuple[Line, ...]
+    noise: float = math.nan
     per_block: float = 1.0
     rounding: float = 0.0
     is_known: bool = False
@@ -332,7 +334,7 @@ def cut(name: str, parted: Separated, mains: float) -> Record:
     )  # fmt: skip
     return Record(
         name, sensed, t - zero, y, u, nodes - zero, weights, main.omega, main.rate, float(turned.real),
-        float((turned * pole).real), float(np.mean(y[len(y) // 2 :])), lines,
+        float((turned * pole).real), float(np.mean(y[len(y) // 2 :])), lines, parted.noise,
         int(kept.sum()) / len(t), _by_rounding(parted), parted.rounded is not None, _seen(steps),
     )  # fmt: skip
 
