@@ -216,7 +216,7 @@ def by_likelihood(t: Floats, value: Floats, fitted: Fit, of: Rounded) -> tuple[F
     else:
         return fitted, of
     fewer = 2 * _TERMS + DEGREE - (4 + fitted.degree)
-    if of.log_likelihood - before > 0.5 * fewer * log(len(t)) or not now.main.rate > 0:
+    if of.log_likelihood - before > 0.5 * fewer * log(len(t)) or not min(now.main.omega, now.main.rate) > 0:
         return fitted, of
     mean, _, variance = _moments(x, of.step, noise)
     more = max(1.0, float(np.sum((of.raw - mean) ** 2) / np.sum(variance)))

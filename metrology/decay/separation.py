@@ -153,6 +153,8 @@ def _less_rounding(whole: Channel, found: Separated, mains: float) -> Separated:
             _refuse_weak(fitted, parted, mains=mains)
         except Unusable:
             break
+        if fitted.main.omega <= 2 * sqrt(fitted.covariance[0, 0]):
+            break
         of = of.part(len(parted))
         fitted, near = by_likelihood(parted.time - parted.time[0], parted.value, fitted, of)
         parted, of = replace(parted, value=parted.value + near.value - of.value), near
