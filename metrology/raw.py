@@ -175,7 +175,9 @@ def flat_top(value: Floats) -> int:
         return 0
     longest = int((last - first)[inside].max())
     at = int(first[inside & (last - first == longest)][0])
-    return longest if longest >= FLAT and _flatter(value, at, longest, _resolved(value)) else 0
+    # Of a swing of one step nothing lies between its extreme levels.
+    step = _resolved(value) or float(np.diff(np.unique(value)).min(initial=np.inf))
+    return longest if longest >= FLAT and _flatter(value, at, longest, step) else 0
 
 
 def _flat_end(channel: Channel) -> int:

@@ -11,6 +11,7 @@ from metrology.decay.hop import CLEAR, Hop, is_sharp, sought, step_at, without
 from metrology.decay.modes import disentangle, is_mains, longitudinal, per_mean
 from metrology.decay.oscillation import DEGREE, Fit, Floats, Mode, at_rate, fit
 from metrology.decay.outliers import is_last_off, masked
+from metrology.decay.rounding import Rounded, by_likelihood, rounded
 from metrology.decay.start import Unusable, free_motion, heavy, refuse_clipped, refuse_short, until_rest
 from metrology.message import counted, said
 from metrology.timeseries import Channel, average, noise
@@ -21,6 +22,7 @@ HOPS = 3
 _FAR = 25.0  # times the mean square of the rest, beyond which what comes before the first crossing is not looked at
 _LARGEST = 700.0  # logarithm of nearly the largest number
 _MOVES = 5.0  # standard deviations of a rest, beyond which what a fit has there is none of it
+_ROUNDS = 3  # of taking away what rounding is expected to do, each with the modes that the one before left
 _PLAIN = 0.05  # chance below which the fit leaves more before the first crossing than after it
 _DRIFT = 0.05  # chance of as large a drift from noise alone below which it is taken for one
 _ELSEWHERE = 4.0  # times the first guess of ω_n, beyond which a fit of a heavily damped motion is of something else
@@ -32,7 +34,8 @@ class Separated:
 
     `outliers`: times (s) of readings after the release that were masked; `crossed`: time (s) from the first sample to
     the first crossing of the rest position; `hops`: steps of the reading that were taken out; `rest`: time from which
-    on nothing moves, where that is before the middle.
+    on nothing moves, where that is before the middle. `rounded`: what the readings say, where a coarse instrument
+    rounded them; `free` is then less the error that rounding is expected to make.
     """
 
     free: Channel
@@ -43,6 +46,7 @@ class Separated:
     crossed: float = 0.0
     hops: tuple[Hop, ...] = ()
     rest: float | None = None
+    rounded: Rounded | None = None
 
     @property
     def t(self) -> Floats:
@@ -126,8 +130,46 @@ def separate(record: Channel, *, mains: float, expected: float | None = None) ->
     if float(found.free.time[-1]) == float(whole.time[-1]) and is_last_off(found.fit.residual):
         outliers = np.append(outliers, whole.time[-1])
         found = _separated(replace(whole, time=whole.time[:-1], value=whole.value[:-1]), mains, expected)
+    found = _less_rounding(whole, found, mains)
     start = float(found.free.time[0])
     return replace(found, outliers=tuple(outliers[outliers > start].tolist()))
+
+
+def _less_rounding(whole: Channel, found: Separated, mains: float) -> Separated:
+    """Return the same of a record less what its rounding is expected to do, where no noise dithers it.
+
+    Rounding makes multiples of the frequency, which the first fit takes for modes: the next has those that are left.
+    """
+    others: tuple[Mode, ...] = ()
+    for _ in range(_ROUNDS):
+        free = found.free
+        raw = whole.value[np.searchsorted(whole.time, free.time)]
+        of = rounded(replace(free, value=raw - _stepped(free, found.hops)), raw, found.fit, others)
+        if of is None:
+            break
+        try:
+            parted, fitted, hops, rest = _apart(replace(free, value=of.value), found.fit.main, of.noise)
+            fitted = _without_drift(parted, fitted)
+            _refuse_weak(fitted, parted, mains=mains)
+        except Unusable:
+            break
+        if fitted.main.omega <= 2 * sqrt(fitted.covariance[0, 0]):
+            break
+        of = of.part(len(parted))
+        fitted, near = by_likelihood(parted.time - parted.time[0], parted.value, fitted, of)
+        parted, of = replace(parted, value=parted.value + near.value - of.value), near
+        release = float(parted.time[0]) + _release(fitted)
+        found = replace(found, free=parted, fit=fitted, noise=of.noise, hops=hops, release=release, rounded=of,
+                        rest=found.rest if rest is None else rest)  # fmt: skip
+        if len(fitted.modes) == 1 + len(others):
+            break
+        others = fitted.modes[1:]
+    return found
+
+
+def _stepped(free: Channel, hops: tuple[Hop, ...]) -> Floats:
+    """Steps of the reading that were found, at the times of a record."""
+    return np.asarray(sum((one.size * (free.time >= one.time) for one in hops), np.zeros(len(free))))
 
 
 def _separated(whole: Channel, mains: float, expected: float | None) -> Separated:

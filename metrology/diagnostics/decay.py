@@ -245,9 +245,10 @@ class Decay:
         """Level of the noise, over that of the readings, that rounding leaves at least.
 
         What has come to rest reads the same for as long as the record goes on. By those readings the noise would be
-        nothing, and whatever the motion before them leaves certain, a thousand times over.
+        nothing, and whatever the motion before them leaves certain, a thousand times over. Where the readings are those
+        of a coarse instrument with what each of them says, most say nothing and lie on the motion.
         """
-        return min(1.0, *(one.rounding / float(np.median(one.u)) for one in self.records))
+        return min(1.0, *(1.0 if one.is_known else one.rounding / float(np.median(one.u)) for one in self.records))
 
     def suggested(self, effects: Sequence[str]) -> dict[str, float]:
         """Values that decay rate and frequency against amplitude suggest."""

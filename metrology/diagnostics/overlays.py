@@ -120,7 +120,7 @@ def largest_step(steps: Sequence[Hop | Step], unit: str) -> Value:
 
 def _of_line(record: Record, line: Line) -> float:
     """Ln evidence of a line over the noise beside it; amplitude, phase and frequency have a price (`sets.price`)."""
-    count = len(record.t) * float(np.median((record.noise / record.u) ** 2))
+    count = len(record.t) * record.per_block
     return 0.25 * count * (line.amplitude / line.noise) ** 2 - 1.5 * math.log(count) - math.log(count / 2)
 
 

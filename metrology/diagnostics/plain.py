@@ -314,8 +314,8 @@ class Plain:
         return bool(self.horizons) and self._is_far(fit.full)
 
     def _is_far(self, residuals: Sequence[Array]) -> bool:
-        squares = sum(float(np.sum((part * data.u) ** 2)) for part, data in zip(residuals, self.blocks, strict=True))
-        whole = sum(float(np.sum((data.y - data.y.mean()) ** 2)) for data in self.blocks)
+        squares = sum(float(np.sum(part**2)) for part in residuals)
+        whole = sum(float(np.sum(((data.y - data.y.mean()) / data.u) ** 2)) for data in self.blocks)
         return squares > FAR**2 * whole
 
     # ---- directions ---------------------------------------------------------------------------------------------

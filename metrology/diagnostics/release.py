@@ -99,8 +99,9 @@ class Record:
     `nodes`, `weights`: three times in each block and their weights, shape (3, n), by which the mean of a motion over
     the samples of the block is formed (a rule of Gauss for the block's own time stamps, exact up to the fourth power).
     Time zero is the first node. `u`: standard uncertainty of every reading. `lines`: what was taken out before.
-    `noise`: standard deviation of the readings before they were averaged; `rounding`: by what rounding alone
-    their mean is off, however many they are.
+    `noise`: standard deviation of the readings before they were averaged, so many `per_block`; `rounding`: by what
+    rounding alone their mean is off, however many they are; `is_known`: `u` is what rounded readings say
+    (`decay.rounding`), and the noise no less.
     """
 
     name: str
@@ -117,7 +118,9 @@ class Record:
     level: float
     lines: tuple[Line, ...]
     noise: float = math.nan
+    per_block: float = 1.0
     rounding: float = 0.0
+    is_known: bool = False
     steps: tuple[Array, ...] = ()
     """For each step of the reading that was taken out, the part of each block after it: its size is fitted again."""
 
@@ -308,11 +311,16 @@ def cut(name: str, parted: Separated, mains: float) -> Record:
     """Cut and average one release; lines that have nothing to do with the decay are taken out before."""
     main, fit, free = parted.fit.main, parted.fit, parted.free
     taken = [at for at in range(1, len(fit.modes)) if _foreign(fit.modes[at].omega, parted)]
-    value = free.value - sum((fit.part(parted.t, at) for at in taken), np.zeros(len(free.value)))
+    value: Array = free.value
+    noise: Array | float = parted.noise
     period = 2 * math.pi / main.omega
     kept = (parted.t >= parted.crossed) & (parted.t <= parted.crossed + LONGEST * period)
-    t, y, u, nodes, weights = _blocks(parted.t[kept], value[kept], parted.noise, period / PER_PERIOD)
-    steps = [_blocks(parted.t[kept], (parted.free.time >= one.time)[kept].astype(float), parted.noise,
+    if parted.rounded is not None:
+        likely, each = parted.rounded.likely
+        value, noise = value + likely - parted.rounded.value, each[kept]  # less the steps that were taken out
+    value = value - sum((fit.part(parted.t, at) for at in taken), np.zeros(len(free.value)))
+    t, y, u, nodes, weights = _blocks(parted.t[kept], value[kept], noise, period / PER_PERIOD)
+    steps = [_blocks(parted.t[kept], (parted.free.time >= one.time)[kept].astype(float), noise,
                      period / PER_PERIOD)[1] for one in parted.hops]  # fmt: skip
     sensed = SENSED[free.unit]
     zero = nodes.min() - _before(sensed, main.omega)
@@ -327,8 +335,16 @@ def cut(name: str, parted: Separated, mains: float) -> Record:
     return Record(
         name, sensed, t - zero, y, u, nodes - zero, weights, main.omega, main.rate, float(turned.real),
         float((turned * pole).real), float(np.mean(y[len(y) // 2 :])), lines, parted.noise,
-        rounding_bias(parted.noise, quantum(free)), _seen(steps),
+        int(kept.sum()) / len(t), _by_rounding(parted), parted.rounded is not None, _seen(steps),
     )  # fmt: skip
+
+
+def _by_rounding(parted: Separated) -> float:
+    """By what rounding alone the mean of readings at rest is off."""
+    of = parted.rounded
+    if of is None:
+        return rounding_bias(parted.noise, quantum(parted.free))
+    return rounding_bias(math.hypot(of.level, of.step / math.sqrt(12)), of.step)
 
 
 def _before(sensed: Sensed, omega: float) -> float:
@@ -353,26 +369,36 @@ def _beside(frequency: float, parted: Separated) -> float:
     return max(parted.noise, math.sqrt(float(np.median(beside)) / math.log(2)))
 
 
-def _blocks(t: Array, y: Array, noise: float, width: float) -> tuple[Array, ...]:
-    """Means over blocks of as many samples as span `width` / s, none across a gap, with nodes and weights of each."""
+def _blocks(t: Array, y: Array, noise: Array | float, width: float) -> tuple[Array, ...]:
+    """Means over blocks of as many samples as span `width` / s, none across a gap, with nodes and weights of each.
+
+    `noise`: standard deviation of the readings; where each has its own, the means are weighted by 1/u².
+    """
     steps = np.diff(t)
     step = float(np.median(steps))
     count = max(1, int(width / step))
     # A new block after so many samples, and after a gap.
     number = np.concatenate([[0], np.cumsum(np.where(steps > 1.5 * step, count, 1))])
     number = np.cumsum(np.concatenate([[0], np.diff(number // count) > 0]))
-    size = np.bincount(number)
-    mean = np.bincount(number, t) / size
+    usual = float(np.median(noise))
+    share = (usual / np.broadcast_to(noise, t.shape)) ** 2
+    size = np.bincount(number, share)
+    mean = np.bincount(number, share * t) / size
     apart = t - mean[number]
-    second, third, fourth = (np.bincount(number, apart**power) / size for power in (2, 3, 4))
+    second, third, fourth = (np.bincount(number, share * apart**power) / size for power in (2, 3, 4))
     spread = np.maximum(second, 1e-300)
     lean = third / spread
-    half = np.sqrt(0.25 * lean**2 + np.maximum(fourth - lean * third, 0.0) / spread)
+    # Three times for the fourth power as well; between readings of unlike weight two, which lie among them.
+    wide = spread if np.ndim(noise) else np.maximum(fourth - lean * third, 0.0) / spread
+    half = np.sqrt(0.25 * lean**2 + wide)
     low, high = 0.5 * lean - half, 0.5 * lean + half
-    before, after = (np.where(second > 0, second / np.where(second > 0, one * (one - other), 1.0), 0.0)
-                     for one, other in ((low, high), (high, low)))  # fmt: skip
+    if np.ndim(noise):
+        before, after = high / (high - low), -low / (high - low)
+    else:
+        before, after = (np.where(second > 0, second / np.where(second > 0, one * (one - other), 1.0), 0.0)
+                         for one, other in ((low, high), (high, low)))  # fmt: skip
     nodes, weights = np.array([mean + low, mean, mean + high]), np.array([before, 1 - before - after, after])
-    return mean, np.bincount(number, y) / size, noise / np.sqrt(size), nodes, weights
+    return mean, np.bincount(number, share * y) / size, usual / np.sqrt(size), nodes, weights
 
 
 def parts(one: Record) -> list[Record]:
