@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 from scipy.signal import lfilter
+from truth_decay import held_at_last
 
 from metrology.decay import DecayTest
 from metrology.decay.modes import is_mains
@@ -24,31 +24,10 @@ PERIOD = 2 * math.pi * math.sqrt(M / K)
 
 def sticking(force: float, start: float, t: np.ndarray) -> np.ndarray:
     """m·x″ + c·x′ + k·x = −F·sign x′ from rest, each way by itself, held where the spring pulls no more than F."""
-    x, now, at, done = np.empty(len(t)), 0.0, start, 0
-
-    def turns(_t: float, state: np.ndarray) -> float:
-        return float(state[1])
-
-    turns.terminal = True  # type: ignore[attr-defined]
-    while done < len(t):
-        if abs(K * at) <= force:
-            x[done:] = at
-            break
-        way = -math.copysign(1.0, at)
-        turns.direction = -way  # type: ignore[attr-defined]
-
-        def motion(_t: float, state: np.ndarray, way: float = way) -> list[float]:
-            return [state[1], (-K * state[0] - C * state[1] - way * force) / M]
-
-        begun, pull = 1e-7, (-K * at - way * force) / M
-        path = solve_ivp(
-            motion, (now + begun, now + 2 * PERIOD), (at + 0.5 * pull * begun**2, pull * begun), "DOP853",
-            rtol=1e-10, atol=1e-14, events=turns, dense_output=True,
-        )  # fmt: skip
-        last = int(np.searchsorted(t, path.t[-1], side="right"))
-        x[done:last] = path.sol(np.maximum(t[done:last], now + begun))[0]
-        now, at, done = float(path.t[-1]), float(path.y[0, -1]), last
-    return x
+    return held_at_last(
+        start, t, lambda y, way: (-K * y[0] - C * y[1] - way * force) / M, lambda x: abs(K * x) <= force,
+        begun=1e-7, longest=2 * PERIOD, atol=1e-14,
+    )  # fmt: skip
 
 
 def stuck(

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
+from truth_decay import held_at_last
 
 from metrology.decay import DecayTest
 from metrology.decay.rounding import _moments
@@ -28,29 +28,10 @@ Force = Callable[[float, float], float]
 
 def swing(start: float, t: np.ndarray, force: Force | None = None, dry: float = 0.0) -> np.ndarray:
     """J·x″ + C·x′ + K·x = force − dry·sign x′ from rest, each way by itself."""
-    x, now, at, done, way = np.empty(len(t)), 0.0, start, 0, 0.0
-
-    def motion(_t: float, y: np.ndarray) -> list[float]:
-        return [y[1], (-K * y[0] - C * y[1] + (force(*y) if force else 0.0) - way * dry) / J]
-
-    def turns(_t: float, y: np.ndarray) -> float:
-        return float(y[1])
-
-    turns.terminal = True  # type: ignore[attr-defined]
-    while done < len(t):
-        if abs(K * at) <= dry:
-            x[done:] = at
-            break
-        way = -math.copysign(1.0, at)
-        turns.direction = -way  # type: ignore[attr-defined]
-        pull, begun = motion(0.0, np.array([at, 0.0]))[1], 1e-6
-        first = [at + 0.5 * pull * begun**2, pull * begun]
-        path = solve_ivp(motion, (now + begun, now + 8.0), first, "DOP853", rtol=1e-10, atol=1e-13, events=turns,
-                         dense_output=True)  # fmt: skip
-        last = int(np.searchsorted(t, path.t[-1], side="right"))
-        x[done:last] = path.sol(np.maximum(t[done:last], now + begun))[0]
-        now, at, done = float(path.t[-1]), float(path.y[0, -1]), last
-    return x
+    return held_at_last(
+        start, t, lambda y, way: (-K * y[0] - C * y[1] + (force(*y) if force else 0.0) - way * dry) / J,
+        lambda x: abs(K * x) <= dry, begun=1e-6, longest=8.0, atol=1e-13,
+    )  # fmt: skip
 
 
 def read(steps: float, noise: float, seed: int, force: Force | None = None, dry: float = 0.0, unit: str = "rad",

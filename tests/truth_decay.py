@@ -12,6 +12,8 @@ whatever mass, stiffness, damping, start and zero may be.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -126,6 +128,40 @@ def swing(truth: Decaying, t: np.ndarray) -> np.ndarray:
         if start >= t[-1]:
             break
     return out
+
+
+def held_at_last(
+    start: float, t: np.ndarray, push: Callable[[Sequence[float], float], float], is_held: Callable[[float], bool], *,
+    begun: float, longest: float, atol: float,
+) -> np.ndarray:  # fmt: skip
+    """Motion from rest, each way by itself, until it is held at a turn.
+
+    `push`: acceleration by position and velocity, and by the way, 1 or −1. A way begins by the time `begun`, along a
+    parabola, and lasts no longer than `longest`.
+    """
+    x, now, at, done = np.empty(len(t)), 0.0, start, 0
+
+    def turns(_t: float, state: np.ndarray) -> float:
+        return float(state[1])
+
+    turns.terminal = True  # type: ignore[attr-defined]
+    while done < len(t):
+        if is_held(at):
+            x[done:] = at
+            break
+        way = -math.copysign(1.0, at)
+        turns.direction = -way  # type: ignore[attr-defined]
+
+        def motion(_t: float, state: np.ndarray, way: float = way) -> list[float]:
+            return [state[1], push(state, way)]
+
+        pull = push((at, 0.0), way)
+        path = solve_ivp(motion, (now + begun, now + longest), (at + 0.5 * pull * begun**2, pull * begun), "DOP853",
+                         rtol=1e-10, atol=atol, events=turns, dense_output=True)  # fmt: skip
+        last = int(np.searchsorted(t, path.t[-1], side="right"))
+        x[done:last] = path.sol(np.maximum(t[done:last], now + begun))[0]
+        now, at, done = float(path.t[-1]), float(path.y[0, -1]), last
+    return x
 
 
 def _linear(truth: Decaying, t: np.ndarray) -> np.ndarray:

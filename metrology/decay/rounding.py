@@ -17,7 +17,7 @@ import numpy as np
 from numpy.polynomial.legendre import legvander
 
 from metrology.decay.oscillation import DEGREE, Fit, Floats, Mode, baseline, tangent
-from metrology.timeseries import Channel, quantum
+from metrology.timeseries import Channel, noise, quantum
 
 DITHERED = 0.4
 """Noise over the step from which on rounding is noise: what is left of it that follows the motion, (q/π)·exp(−2(πσ/q)²)
@@ -71,11 +71,9 @@ class Rounded:
     @property
     def likely(self) -> tuple[Floats, Floats]:
         """Readings of the motion itself that say as much, and u of each; one that says nothing lies on the motion."""
-        mean, slope, variance = _moments(self.motion, self.step, self.level)
-        variance = variance + _LEAST * self.step**2
-        weight = slope**2 / variance
+        weight, pull = _score(self.raw, self.motion, self.step, self.level)
         seen = weight > 1.0 / self.step**2
-        apart = np.where(seen, (self.raw - mean) / np.where(seen, slope, 1.0), 0.0)
+        apart = np.where(seen, pull / np.where(seen, weight, 1.0), 0.0)
         return self.motion + apart, 1.0 / np.sqrt(np.where(seen, weight, _HELD / self.step**2))
 
 
@@ -132,8 +130,7 @@ def rounded(free: Channel, raw: Floats, fitted: Fit, others: tuple[Mode, ...] = 
         Further modes that the record shows.
     """
     step = quantum(replace(free, value=raw))
-    apart = np.diff(free.value, n=4)
-    if step == 0.0 or 1.4826 * float(np.median(abs(apart))) / np.sqrt(70.0) > _NOISY * step:
+    if step == 0.0 or noise(free) > _NOISY * step:
         return None
     t, hops = free.time - free.time[0], raw - free.value
     basis = _forms(t, fitted.main, others)

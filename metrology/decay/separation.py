@@ -144,7 +144,7 @@ def _less_rounding(whole: Channel, found: Separated, mains: float) -> Separated:
     for _ in range(_ROUNDS):
         free = found.free
         raw = whole.value[np.searchsorted(whole.time, free.time)]
-        of = rounded(replace(free, value=raw - _stepped(free, found.hops)), raw, found.fit, others)
+        of = rounded(without(replace(free, value=raw), found.hops), raw, found.fit, others)
         if of is None:
             break
         try:
@@ -165,11 +165,6 @@ def _less_rounding(whole: Channel, found: Separated, mains: float) -> Separated:
             break
         others = fitted.modes[1:]
     return found
-
-
-def _stepped(free: Channel, hops: tuple[Hop, ...]) -> Floats:
-    """Steps of the reading that were found, at the times of a record."""
-    return np.asarray(sum((one.size * (free.time >= one.time) for one in hops), np.zeros(len(free))))
 
 
 def _separated(whole: Channel, mains: float, expected: float | None) -> Separated:

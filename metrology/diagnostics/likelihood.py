@@ -138,7 +138,7 @@ class Line:
 
     @cached_property
     def explained(self) -> tuple[Span, Array]:
-        """Span of everything in the line, and what it leaves of the residual."""
+        """Span of everything in the line, and the residual beside it."""
         return self.explained_with(())
 
     def explained_with(self, extra: Sequence[Array]) -> tuple[Span, Array]:
@@ -148,7 +148,7 @@ class Line:
 
     @cached_property
     def left(self) -> tuple[Array, ...]:
-        """What the base leaves of the rows of each column."""
+        """Rows of each column less their part within the base."""
         if not self.columns:
             return ()
         widths = np.cumsum([one.rows.shape[1] for one in self.columns])[:-1]
@@ -365,7 +365,7 @@ def misfit(full: Line, sought: Array, explained: tuple[Span, Array] | None = Non
     sought : ndarray, shape (n + p, m)
         Columns of the unknowns and effects about which something is to be said.
     explained : (Span, ndarray of shape (n + p,)), optional
-        Span of a longer list than the line's own, and what it leaves.
+        Span of a longer list than the line's own, and the residual beside it.
     """
     taken, left = explained or full.explained
     Q = orthonormal(sought)

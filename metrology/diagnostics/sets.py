@@ -328,12 +328,12 @@ def orthonormal_of(parts: Sequence[Array], count: int) -> Array:
 
 
 def _carried(line: Line) -> dict[str, Array]:
-    """What the base leaves of the columns of each effect that the fit carries."""
+    """Columns of each effect that the fit carries, less their part within the base."""
     return {one.effect: rows for one, rows in zip(line.columns, line.left, strict=True) if one.direction is None}
 
 
 def _tried(line: Line) -> Iterator[tuple[Column, Array]]:
-    """Columns of the candidates and what the base leaves of each, shape (n + p, q).
+    """Columns of the candidates, and the rows of each less their part within the base, shape (n + p, q).
 
     A derivative without readings where none of them shows it: only the priors show it then, as a compliance of the
     set-up is a softer line, which the stated k contradicts.
