@@ -54,6 +54,8 @@ BELOW, STRETCHED, LIFTED = range(3)
 RELEASE, FORCE, CLAMP, START, ADDED = 20, 21, 22, 23, 24
 OK, TOO_MANY_STEPS, TOO_MANY_EVENTS, CHATTER, NOT_FINITE, LINE_TOO_SHORT = range(6)
 MAX_STEPS, MAX_EVENTS, BLOCK, KEPT = 2_000_000, 20_000, 32, 8
+FIRST = 0.3
+"""Largest first step over the line's time 1/ω: a twentieth of a turn, which the error of the step then makes longer."""
 RTOL = 3e-10
 # Error of a step, over what is allowed, below which the next is twice as long: rounding makes errors of 1e-6, which
 # else choose the sizes of all later steps anew for every last digit of a parameter.
@@ -1206,7 +1208,7 @@ def first_size(y, dy, length, omega, largest):
     """Size of a first step."""
     h = length
     if omega > 0.0:
-        h = min(h, 0.3 / omega)
+        h = min(h, FIRST / omega)
     if abs(dy[V]) > 0.0:
         speed = max(abs(y[V]), 1e-3 * largest[V])
         h = min(h, max(0.1 * speed / abs(dy[V]), 1e-3 * length))

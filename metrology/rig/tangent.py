@@ -20,7 +20,7 @@ import numpy as np
 
 from metrology.rig.kernel import (  # isort: skip - in the kernel's own order
     M, K, TAUT, LAG, DELAY, SLIP, CLOCK_X, CLOCK_V, CLOCK_T, START_X, START_V, LENGTH, SAG, STATIC_RATIO, GAIN, FADING,
-    X, V, SIZE,
+    X, V, SIZE, FIRST,
     BELOW, STRETCHED, CONTACT,
     FRAME_U, FRAME_V, YAW_U, YAW_V, APPENDAGE_U, APPENDAGE_V, RELAXED, LOOP, THRUST,
     N, TOGETHER, SLIDE, HELD, SLIPPED, REGIME, WATCHED,
@@ -39,8 +39,6 @@ SMALL = 1e-6
 """Step of a state over its largest value."""
 FAINT = 1e-22
 """Weight per length, N/m, of a line that stretches nothing and whose slack pull is in proportion to it."""
-FIRST = 0.3
-"""Least of the longest steps over the line's time 1/ω: a leg is no shorter in steps than `first_size` begins."""
 GRADED = 1e-13
 """Share of a slack leg left out at its ends, where a faint line's pull goes as 1/√(s − L): its root is the error."""
 
