@@ -54,6 +54,9 @@ BELOW, STRETCHED, LIFTED = range(3)
 RELEASE, FORCE, CLAMP, START, ADDED = 20, 21, 22, 23, 24
 OK, TOO_MANY_STEPS, TOO_MANY_EVENTS, CHATTER, NOT_FINITE, LINE_TOO_SHORT = range(6)
 MAX_STEPS, MAX_EVENTS, BLOCK, KEPT = 2_000_000, 20_000, 32, 8
+# Steps between two events: for each radian of the fastest rate, and as many more. They take two or three for a radian;
+# a motion that runs away under a drag takes ever shorter ones, for seconds, before any bound of its size is reached.
+PER_RADIAN, LEG_STEPS, EXHAUSTED = 100.0, 20_000, -2
 FIRST = 0.3
 """Largest first step over the line's time 1/ω: a twentieth of a turn, which the error of the step then makes longer."""
 RTOL = 3e-10
@@ -1256,6 +1259,7 @@ def curved_leg(
         h = min(h, p[LAG])
     limit = 2.0 / omega if omega > 0.0 else length
     limit = min(limit, length / 4.0)
+    budget = min(budget, int(LEG_STEPS + PER_RADIAN * omega * length))
     while done < length and steps < budget:
         steps += 1
         h = min(h, limit)
@@ -1295,6 +1299,8 @@ def curved_leg(
         F += slope * h
         done += h
         h *= growth(error)
+    if done < length:
+        return done, EXHAUSTED, steps
     return length, -1, steps
 
 
@@ -1492,7 +1498,7 @@ def march_many(
                 largest[i] = max(largest[i], abs(y[i]))
                 if not abs(y[i]) < 1e100:
                     status = NOT_FINITE
-            if status < 0 and steps >= MAX_STEPS:
+            if status < 0 and (steps >= MAX_STEPS or which == EXHAUSTED):
                 status = TOO_MANY_STEPS
             if status < 0 and kind[WEIGHS] == 1 and -y[X] >= p[LENGTH] > 0.0:
                 status = LINE_TOO_SHORT

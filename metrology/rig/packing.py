@@ -185,7 +185,7 @@ def outcome(status: int, reached: float) -> str:
     """Sentence for a motion that did not reach its end; empty for one that did."""
     if status == kernel.OK:
         return ""
-    limits = {"steps": kernel.MAX_STEPS, "events": kernel.MAX_EVENTS}
+    limits = {"steps": kernel.LEG_STEPS, "events": kernel.MAX_EVENTS}
     return said(_SENTENCES[status], reached=float(reached), **limits)
 
 

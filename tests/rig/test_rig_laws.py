@@ -177,6 +177,18 @@ def test_limit_a_softening_line_that_gives_way_is_told() -> None:
     assert "lost its stiffness" in motion.message
 
 
+def test_limit_a_motion_that_runs_away_under_a_drag_is_told_in_few_steps() -> None:
+    # Out beyond what a negative even stiffness holds, drag makes each step shorter than the last without end.
+    effects = {"drag.quadratic": 0.46, "even.stiffness": -3587.0}
+    away = Run.sampled(np.arange(128) / 30.0, -0.0022, v0=-0.21)
+    motion = simulate(Rig(0.1, 43.0, 0.22, attachment="both ways", effects=effects), away)
+    assert motion.status == "invalid"
+    assert motion.steps < 40_000
+    # A rate that is only fast is followed to its end.
+    fast = simulate(Rig(0.1, 43.0, 200.0, attachment="both ways", effects={"drag.quadratic": 0.46}), away)
+    assert fast.status == "ok"
+
+
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("lag", [0.0, 0.3])
 def test_closed_form_added_force_is_touched_by_no_thruster(engine: str, lag: float) -> None:
