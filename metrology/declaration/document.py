@@ -279,7 +279,13 @@ class _Composer:
 
     def _scalar(self, event: Any, place: Place) -> str | None:
         if not event.style and event.value in _NOTHING:
-            self._refuse(event, place, "an empty value", "a value", "write the value, or leave the key out")
+            self._refuse(
+                event,
+                place,
+                "an empty value",
+                "a value",
+                "write the value, leave the key out, or indent what stands below and belongs to it",
+            )
             return None
         return normalize("NFC", str(event.value))
 
