@@ -62,20 +62,40 @@ def sought(free: Channel, fitted: Fit, noise: float) -> Hop | None:
         Standard deviation of the readings.
     """
     t = free.time - free.time[0]
-    slow = [at for at, mode in enumerate(fitted.modes) if at and mode.omega < 0.5 * fitted.main.omega]
-    kept = [at for at in range(len(fitted.modes)) if at not in slow]
-    fast = replace(fitted, modes=tuple(fitted.modes[at] for at in kept), coefficients=fitted.coefficients[kept])
+    fast = without_slow(fitted)
     found = [_best(free, t, fast, degree, noise) for degree in (0, DEGREE)]
     best = max(found, key=lambda one: one.log_bayes)
     return best if best.log_bayes > CLEAR and _moves_on(free, fitted, best, noise) else None
 
 
+def without_slow(fitted: Fit) -> Fit:
+    """Return a fit without the modes below half of the decay's frequency."""
+    kept = [at for at, mode in enumerate(fitted.modes) if not at or mode.omega >= 0.5 * fitted.main.omega]
+    return replace(fitted, modes=tuple(fitted.modes[at] for at in kept), coefficients=fitted.coefficients[kept])
+
+
+def level(t: Floats, shape: Floats, rest: Floats, beside: tuple[Floats, Fit], noise: float) -> float:
+    """Return the variance of white noise that makes the size of a shape as uncertain as the residuals do.
+
+    Parameters
+    ----------
+    t, shape, rest : ndarray, shape (n,)
+        Times from the first sample in s, the shape beside all that is fitted, and what both leave of the record.
+    beside : ndarray, shape (n, p), and Fit
+        Orthonormal columns of all that is fitted beside the shape, and the fit.
+    noise : float
+        Standard deviation of the readings: it is no less.
+    """
+    columns, fitted = beside
+    return max(noise**2, *_slow(t, rest, fitted), _where(shape, rest, columns), _when(shape, rest, columns))
+
+
 def _moves_on(free: Channel, fitted: Fit, hop: Hop, noise: float) -> bool:
     """Whether the decay is seen to go on after a step: what dry friction holds rests beside its zero as well."""
-    after = free.time >= hop.time
-    part = fitted.part(free.time[after] - free.time[0])
+    later = free.time >= hop.time
+    part = fitted.part(free.time[later] - free.time[0])
     energy = float(part @ part)
-    there = float(part @ (fitted.residual[after] - hop.size)) / energy + 1.0
+    there = float(part @ (fitted.residual[later] - hop.size)) / energy + 1.0
     return bool(there - noise / energy**0.5 > GOES_ON)
 
 
@@ -87,38 +107,39 @@ def is_sharp(free: Channel, fitted: Fit, hop: Hop, noise: float) -> bool:
     """
     width = max(0.125 / fitted.main.frequency, FEWEST * free.step)
     near = abs(free.time - hop.time) <= width
-    scaled, after = (free.time[near] - hop.time) / width, free.time[near] >= hop.time
-    if min(after.sum(), (~after).sum()) < FEWEST:
+    scaled, later = (free.time[near] - hop.time) / width, free.time[near] >= hop.time
+    if min(later.sum(), (~later).sum()) < FEWEST:
         return False
     rest = free.value[near] - fitted.part(free.time[near] - free.time[0])
-    columns = np.column_stack([legvander(scaled, 3), after])
+    columns = np.column_stack([legvander(scaled, 3), later])
     found = np.linalg.lstsq(columns, rest, rcond=None)[0]
     left = rest - columns @ found
-    level = max(noise**2, float(left @ left) / (len(left) - columns.shape[1]))
-    u = float(np.sqrt(level * np.linalg.inv(columns.T @ columns)[-1, -1]))
+    variance = max(noise**2, float(left @ left) / (len(left) - columns.shape[1]))
+    u = float(np.sqrt(variance * np.linalg.inv(columns.T @ columns)[-1, -1]))
     return bool(abs(found[-1] - hop.size) < SHARP * u)
 
 
 def _best(free: Channel, t: Floats, fast: Fit, degree: int, noise: float) -> Hop:
     """Best step beside the fast modes and a polynomial."""
-    beside = tangent(t, fast)[:, fast.degree + 1 :]
-    Q = np.linalg.qr(np.hstack([baseline(t, degree=degree), beside, _forms(t, fast)]))[0]
+    beside = tangent(t, fast)[:, fast.slow :]
+    base = baseline(t, degree=degree, settling=fast.settling)
+    Q = np.linalg.qr(np.hstack([base, beside, forms(t, fast)]))[0]
     residual = free.value - Q @ (Q.T @ free.value)
-    along, after = _after(Q), np.arange(len(t), 0.0, -1.0)
-    left = after - np.sum(along**2, axis=1)
-    pull = _after(residual[:, None])[:, 0]
-    open_ = left > SEEN * np.minimum(after, len(t) - after + 1)
+    along, later = after(Q), np.arange(len(t), 0.0, -1.0)
+    left = later - np.sum(along**2, axis=1)
+    pull = after(residual[:, None])[:, 0]
+    open_ = left > SEEN * np.minimum(later, len(t) - later + 1)
     gain = np.where(open_, pull**2 / np.where(open_, left, 1.0), 0.0)
     at = int(np.argmax(gain))
     size = float(pull[at] / left[at]) if open_[at] else 0.0
     step = (np.arange(len(t)) >= at).astype(float) - Q @ along[at]
     rest = residual - size * step
-    level = max(noise**2, *_slow(t, rest, fast), _where(step, rest, Q), _when(step, rest, Q))
-    variance = level / max(float(left[at]), SEEN) + rounding_bias(noise, quantum(free)) ** 2
+    variance = level(t, step, rest, (Q, fast), noise) / max(float(left[at]), SEEN)
+    variance += rounding_bias(noise, quantum(free)) ** 2
     return Hop(float(free.time[at]), size, 0.5 * size**2 / variance - 1.5 * log(len(t)))
 
 
-def _forms(t: Floats, fitted: Fit) -> Floats:
+def forms(t: Floats, fitted: Fit) -> Floats:
     """Decay and multiples of it whose amplitude and phase differ smoothly from those fitted, shape (n, ·)."""
     main = fitted.main
     z = np.exp(np.clip(-main.rate * t, -60.0, 6.0) + 1j * main.omega * t)
@@ -143,7 +164,7 @@ def step_at(free: Channel, fitted: Fit, time: float) -> tuple[float, float]:
     return size, sqrt(max(float(np.mean(rest**2)), *_slow(t, rest, fitted)) / left)
 
 
-def _after(rows: Floats) -> Floats:
+def after(rows: Floats) -> Floats:
     """Sums from each row to the last."""
     return np.asarray(np.cumsum(rows[::-1], axis=0)[::-1])
 

@@ -79,19 +79,29 @@ def _mains_line(t: Floats, y: Floats, mains: float) -> Mode:
     return Mode(float(omega[np.argmax(abs(lines))]), 0.0)
 
 
-def disentangle(free: Channel, first: Mode) -> Fit:
-    """Fit the longitudinal mode, then add other oscillations while the residuals show any."""
+def disentangle(free: Channel, first: Mode, settling: float = 0.0) -> Fit:
+    """Fit the longitudinal mode, then add other oscillations while the residuals show any.
+
+    Parameters
+    ----------
+    free : Channel
+        Record from the release on.
+    first : Mode
+        First guess of the longitudinal mode.
+    settling : float
+        Rate / (1/s) at which the zero settles; 0 where it does not.
+    """
     coarse = average(free, per_mean(free, first))
     t, lags = coarse.time - coarse.time[0], int(2 / coarse.step / first.frequency)
     full = free.time - free.time[0]
     # The block means blur what is faster: its frequency is taken from the spectrum, and held.
     fast = 0.6 * pi / coarse.step
-    fitted = fit(t, coarse.value, [first], lags=lags)
+    fitted = fit(t, coarse.value, [first], lags=lags, settling=settling)
     if abs(fitted.main.omega - first.omega) > 0.2 * first.omega:  # drawn away by something stronger: fit that with it
-        fixed = project(t, coarse.value, [first], baseline(t))
+        fixed = project(t, coarse.value, [first], baseline(t, settling=settling))
         alone = replace(fitted, modes=(first,), coefficients=fixed.coefficients, residual=fixed.residual)
         strong = [mode for mode in _others(t, alone, []) if mode.omega <= fast]
-        together = fit(t, coarse.value, [first, *strong], lags=lags)
+        together = fit(t, coarse.value, [first, *strong], lags=lags, settling=settling)
         fitted = together if together.converged else fitted
     held: list[Mode] = []
     refused: list[float] = []
@@ -104,7 +114,8 @@ def disentangle(free: Channel, first: Mode) -> Fit:
         refused += [mode.omega for mode in found if mode.omega > fast]
         slow = [mode for mode in found if mode.omega <= fast]
         counts = dict.fromkeys((len(slow), 1))  # all of them, else the strongest alone
-        trials = (fit(t, coarse.value, [*fitted.modes, *slow[:n]], held=held, lags=lags) for n in counts)
+        trials = (fit(t, coarse.value, [*fitted.modes, *slow[:n]], held=held, lags=lags, settling=settling)
+                  for n in counts)  # fmt: skip
         better = next((trial for trial in trials if _sound(trial, fitted, t[-1])), None)
         refused += [slow[0].omega] if better is None and slow else []
         fitted = fitted if better is None else better

@@ -66,17 +66,23 @@ def _columns(t: Floats, mode: Mode, form: Form) -> tuple[Floats, list[Floats]]:
     return both[0], both[1:]
 
 
-def baseline(t: Floats, held: Sequence[Mode] = (), degree: int = DEGREE) -> Floats:
-    """Return an orthonormal basis, shape (n, ·), of the drift of the record and of modes whose ω and λ are held."""
+def baseline(t: Floats, held: Sequence[Mode] = (), degree: int = DEGREE, settling: float = 0.0) -> Floats:
+    """Return an orthonormal basis, shape (n, ·), of the drift of the record and of modes whose ω and λ are held.
+
+    `settling`: rate / (1/s) at which the zero settles; 0 where it does not.
+    """
     scaled = 2 * t / t[-1] - 1
-    columns = [np.vander(scaled, degree + 1), *(_columns(t, mode, "viscous")[0] for mode in held)]
+    columns = [np.vander(scaled, degree + 1)]
+    if settling:
+        columns.append(np.exp(-settling * t)[:, None])
+    columns += [_columns(t, mode, "viscous")[0] for mode in held]
     basis: Floats = np.linalg.qr(np.hstack(columns))[0]
     return basis
 
 
 def tangent(t: Floats, fitted: Fit) -> Floats:
     """Return what small changes of a fit do at times t, shape (n, ·): polynomial, modes, and their ω, λ (and β)."""
-    found = [baseline(t, degree=fitted.degree)]
+    found = [baseline(t, degree=fitted.degree, settling=fitted.settling)]
     for place, (mode, c) in enumerate(zip(fitted.modes, fitted.coefficients, strict=True)):
         columns, by = _columns(t, mode, fitted.form if place == 0 else "viscous")
         found += [columns, *((d @ c)[:, None] for d in by)]
@@ -114,7 +120,7 @@ class Fit:
     """Modes fitted to a record, the first the longitudinal one; `covariance` of its ω, λ (and β).
 
     `coefficients[j]` = (a, b): mode j is A(t)·(a·cos ωt + b·sin ωt), t from the first sample fitted. `degree`: of the
-    polynomial that stands for offset and drift.
+    polynomial that stands for offset and drift. `settling`: rate / (1/s) at which the zero settles, or 0.
     """
 
     modes: tuple[Mode, ...]
@@ -124,6 +130,12 @@ class Fit:
     residual: Floats
     converged: bool
     degree: int = DEGREE
+    settling: float = 0.0
+
+    @property
+    def slow(self) -> int:
+        """Number of columns that stand for offset, drift and settling."""
+        return self.degree + 1 + (self.settling > 0)
 
     @property
     def main(self) -> Mode:
@@ -173,6 +185,7 @@ def fit(
     form: Form = "viscous",
     lags: int,
     degree: int = DEGREE,
+    settling: float = 0.0,
 ) -> Fit:
     """Fit y(t) = Σ_j A_j(t)·(a_j·cos ω_j t + b_j·sin ω_j t) + polynomial by nonlinear least squares.
 
@@ -190,10 +203,12 @@ def fit(
         Samples over which residuals are taken to be correlated (see `sandwich`).
     degree : int
         Of the polynomial that stands for offset and drift.
+    settling : float
+        Rate / (1/s) at which the zero settles; 0 where it does not.
     """
     from scipy.optimize import least_squares
 
-    base = baseline(t, held, degree)
+    base = baseline(t, held, degree, settling)
     last: dict[bytes, Projection] = {}
 
     def at(theta: Floats) -> Projection:
@@ -225,7 +240,9 @@ def fit(
     own = 2 if form == "viscous" else 3
     lost = 2 * len(modes) + found.x.size + base.shape[1]
     covariance = sandwich(here.jacobian, here.residual, lags, lost=lost)
-    return Fit(modes, form, here.coefficients, covariance[:own, :own], here.residual, bool(found.success), degree)
+    return Fit(
+        modes, form, here.coefficients, covariance[:own, :own], here.residual, bool(found.success), degree, settling
+    )
 
 
 MOST_FINISHING = 20
@@ -277,5 +294,5 @@ def sandwich(jacobian: Floats, residual: Floats, lags: int, *, lost: int = 0) ->
 def at_rate(fitted: Fit, t: Floats, y: Floats, *, held: Sequence[Mode] = ()) -> Fit:
     """Return the fit and the modes held, with coefficients and residuals from another sampling of the record."""
     modes = (*fitted.modes, *held)
-    here = project(t, y, modes, baseline(t, degree=fitted.degree), fitted.form)
+    here = project(t, y, modes, baseline(t, degree=fitted.degree, settling=fitted.settling), fitted.form)
     return replace(fitted, modes=modes, coefficients=here.coefficients, residual=here.residual)

@@ -133,7 +133,7 @@ def rounded(free: Channel, raw: Floats, fitted: Fit, others: tuple[Mode, ...] = 
     if step == 0.0 or noise(free) > _NOISY * step:
         return None
     t, hops = free.time - free.time[0], raw - free.value
-    basis = _forms(t, fitted.main, others)
+    basis = _forms(t, fitted, others)
     x = basis @ (basis.T @ free.value) + hops
     level = _level(raw, x, step)
     before = _log_likelihood(raw, x, step, level)
@@ -154,10 +154,10 @@ def rounded(free: Channel, raw: Floats, fitted: Fit, others: tuple[Mode, ...] = 
     return Rounded(step, level, raw, x, before) if level < DITHERED * step else None
 
 
-def _forms(t: Floats, main: Mode, others: tuple[Mode, ...]) -> Floats:
-    """Orthonormal columns of a polynomial, and of modes whose amplitude and phase change smoothly with time."""
-    found = [baseline(t)]
-    for place, mode in enumerate((main, *others)):
+def _forms(t: Floats, fitted: Fit, others: tuple[Mode, ...]) -> Floats:
+    """Orthonormal columns of what is slow, and of modes whose amplitude and phase change smoothly with time."""
+    found = [baseline(t, settling=fitted.settling)]
+    for place, mode in enumerate((fitted.main, *others)):
         z = np.exp(np.clip(-mode.rate * t, -60.0, 6.0) + 1j * mode.omega * t)
         ways = z[:, None] * legvander(2 * t / t[-1] - 1, _TERMS - 1 if place == 0 else 0)
         found += [ways.real, ways.imag]
@@ -180,7 +180,7 @@ def by_likelihood(t: Floats, value: Floats, fitted: Fit, of: Rounded) -> tuple[F
     of : Rounded
         What the readings say.
     """
-    base, hops = baseline(t, degree=fitted.degree), of.value - value
+    base, hops = baseline(t, degree=fitted.degree, settling=fitted.settling), of.value - value
     now = fitted
     level = base.T @ (value - fitted.residual - _parts(t, fitted))
     x = base @ level + _parts(t, fitted) + hops

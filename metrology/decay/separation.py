@@ -8,10 +8,12 @@ from math import hypot, log, pi, sqrt
 import numpy as np
 
 from metrology.decay.hop import CLEAR, Hop, is_sharp, sought, step_at, without
-from metrology.decay.modes import disentangle, is_mains, longitudinal, per_mean
+from metrology.decay.jump import Jump, jumped
+from metrology.decay.modes import is_mains, longitudinal, per_mean
 from metrology.decay.oscillation import DEGREE, Fit, Floats, Mode, at_rate, fit
 from metrology.decay.outliers import is_last_off, masked
 from metrology.decay.rounding import Rounded, by_likelihood, rounded
+from metrology.decay.settling import Baseline, settled
 from metrology.decay.start import Unusable, free_motion, heavy, refuse_clipped, refuse_short, until_rest
 from metrology.message import counted, said
 from metrology.timeseries import Channel, average, noise
@@ -35,7 +37,8 @@ class Separated:
     `outliers`: times (s) of readings after the release that were masked; `crossed`: time (s) from the first sample to
     the first crossing of the rest position; `hops`: steps of the reading that were taken out; `rest`: time from which
     on nothing moves, where that is before the middle. `rounded`: what the readings say, where a coarse instrument
-    rounded them; `free` is then less the error that rounding is expected to make.
+    rounded them; `free` is then less the error that rounding is expected to make. `jumps`: moments at which the
+    oscillation jumps; what tells less of the decay, before each or after it, was left out.
     """
 
     free: Channel
@@ -47,6 +50,7 @@ class Separated:
     hops: tuple[Hop, ...] = ()
     rest: float | None = None
     rounded: Rounded | None = None
+    jumps: tuple[Jump, ...] = ()
 
     @property
     def t(self) -> Floats:
@@ -74,6 +78,17 @@ class Separated:
         for one in self.hops:
             text = "a step of {size:.3g} {unit} at {time:.4g} s taken out"
             found.append(said(text, size=float(1e6 * one.size), unit=unit, time=float(one.time)))
+        if self.fit.settling:
+            text = "a zero that settles by {size:.3g} {unit} with a time constant of {time:.3g} s"
+            size = 1e6 * drift(self).settles
+            found.append(said(text, size=float(size), unit=unit, time=float(1 / self.fit.settling)))
+        for jump in self.jumps:
+            text = (
+                "what comes before {time:.4g} s left out, where the oscillation jumps"
+                if jump.keeps_later
+                else "what comes after {time:.4g} s left out, where the oscillation jumps"
+            )
+            found.append(said(text, time=float(jump.time)))
         if self.rest is not None:
             found.append(said("at rest from {time:.4g} s on", time=float(self.rest)))
         return found[0] if len(found) == 1 else said("{texts}", texts=tuple(found))
@@ -176,6 +191,12 @@ def _separated(whole: Channel, mains: float, expected: float | None) -> Separate
     first = heavy(free) if is_heavy else None
     first = first or longitudinal(free, level, mains=mains, expected=expected)
     free, fitted, hops, rest = _apart(free, first, level)
+    jumps: list[Jump] = []
+    while len(jumps) < HOPS and not is_heavy and (jump := jumped(free, fitted, level)) is not None:
+        whole, part = (_beside(one, jump) for one in (whole, free))
+        refuse_short(part)
+        jumps.append(jump)
+        free, fitted, hops, rest = _apart(part, longitudinal(part, level, mains=mains, expected=expected), level)
     if is_heavy and fitted.main.omega > _ELSEWHERE * hypot(first.omega, first.rate):
         # The fit left the motion for a part of the noise.
         raise _returned()
@@ -195,7 +216,15 @@ def _separated(whole: Channel, mains: float, expected: float | None) -> Separate
         crossed=crossed - start,
         hops=hops,
         rest=rest,
+        jumps=tuple(jumps),
     )
+
+
+def _beside(record: Channel, jump: Jump) -> Channel:
+    """Return the part of a record before or after a jump that tells more of the decay."""
+    if jump.keeps_later:
+        return record.part(jump.time)
+    return record.part(float(record.time[0]), jump.time - 0.5 * record.step)
 
 
 def _returned() -> Unusable:
@@ -234,22 +263,22 @@ def _apart(free: Channel, first: Mode, level: float) -> tuple[Channel, Fit, tupl
 def _without_hops(free: Channel, first: Mode, level: float) -> tuple[Channel, Fit, tuple[Hop, ...]]:
     """Return a record less its steps, and its fit; a step stays where its fit explains no more with fewer modes."""
     hops: tuple[Hop, ...] = ()
-    fitted = disentangle(free, first)
+    fitted = settled(free, first, level)
     given = free, fitted
     while (hop := sought(free, fitted, level)) is not None:
         if len(hops) == HOPS:
             return *given, ()
         less = without(free, [hop])
-        again = disentangle(less, first)
+        again = settled(less, first, level)
         # What is fitted with it now says what its size is.
         more, u = step_at(less, again, hop.time)
         hop = replace(hop, size=hop.size + more, u=u)
         if not is_sharp(free, again, hop, level):
             break
         less = without(free, [hop])
-        again = disentangle(less, first)
+        again = settled(less, first, level)
         plain, stepped = _without_drift(free, fitted), _without_drift(less, again)
-        fewer = 4 * (len(plain.modes) - len(stepped.modes)) + plain.degree - stepped.degree - 3
+        fewer = 4 * (len(plain.modes) - len(stepped.modes)) + plain.slow - stepped.slow - 3
         gain = 0.5 * (plain.squares - stepped.squares) / max(level**2, stepped.squares / len(free))
         if gain + 0.5 * fewer * log(len(free)) < CLEAR:
             break
@@ -304,7 +333,8 @@ def _refitted(free: Channel, fitted: Fit, degree: int = DEGREE) -> Fit:
     slow, held = ([mode for mode in others if (mode.omega > fast) == is_fast] for is_fast in (False, True))
     slow.insert(0, fitted.main)
     lags = int(2 / coarse.step / fitted.main.frequency)
-    again = fit(coarse.time - coarse.time[0], coarse.value, slow, held=held, lags=lags, degree=degree)
+    t, settling = coarse.time - coarse.time[0], fitted.settling
+    again = fit(t, coarse.value, slow, held=held, lags=lags, degree=degree, settling=settling)
     return at_rate(again, free.time - free.time[0], free.value, held=held)
 
 
@@ -366,18 +396,18 @@ def without_others(separated: Separated, record: Channel) -> Floats:
     return less
 
 
-def drift(separated: Separated) -> np.polynomial.Polynomial:
-    """Return the fitted baseline as a polynomial in the time from the first sample fitted."""
+def drift(separated: Separated) -> Baseline:
+    """Return the fitted baseline by the time from the first sample fitted."""
     return _baseline(separated.free, separated.fit)
 
 
-def _baseline(free: Channel, fitted: Fit) -> np.polynomial.Polynomial:
+def _baseline(free: Channel, fitted: Fit) -> Baseline:
     t = free.time - free.time[0]
     rest = free.value - fitted.residual - sum(fitted.part(t, i) for i in range(len(fitted.modes)))
-    return np.polynomial.Polynomial.fit(t, rest, DEGREE)
+    return Baseline.of(t, rest, fitted.settling)
 
 
 def curvature(separated: Separated) -> float:
     """Return the root mean square of the second derivative of the fitted baseline, m/s²."""
-    bend = drift(separated).deriv(2)(separated.t)
+    bend = drift(separated).bend(separated.t)
     return float(np.sqrt(np.mean(bend**2)))

@@ -236,7 +236,7 @@ class Decay:
             sample, "decay", self.table(), blocks, common, own, self.predict, self.trials, reasons, self.gap,
             self.pictures, sweep=self.sweep, slopes=self.slopes, horizons=HORIZONS, suggested=self.suggested,
             has_repeats=self.releases > 1, forms=self.families, floor=self.floor,
-            slow=tuple(Slow(tuple(f"{level}@{one.name}" for level in LEVELS[1:]), len(one.t), one.rounding)
+            slow=tuple(Slow(tuple(f"{level}@{one.name}" for level in one.levels[1:]), len(one.t), one.rounding)
                        for one in self.records),
         )  # fmt: skip
 
@@ -261,7 +261,7 @@ class Decay:
             Unknown(f"x0@{one.name}", one.x0, self.size * 0.01, unit=words["x"].unit),
             Unknown(f"v0@{one.name}", one.v0, self.size * self.omega * 0.01, unit=words["v"].unit),
         ]
-        for name in LEVELS:
+        for name in one.levels:
             start = one.level if name == LEVELS[0] else 0.0
             found.append(Unknown(f"{name}@{one.name}", start, read, unit=self.unit))
         for name, _ in zip(STEPS, one.steps, strict=False):

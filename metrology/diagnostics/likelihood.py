@@ -451,11 +451,11 @@ def estimated(fit: Fit, by: Noise, used: Sequence[Marks]) -> tuple[Array, Array]
     return fit.theta - covariance @ (J.T @ r), covariance
 
 
-def slow_motion(fit: Fit, by: Noise, used: Sequence[Marks], every: Sequence[Slow]) -> tuple[Array, Array]:
+def slow_motion(fit: Fit, by: Noise, used: Sequence[Marks], every: Sequence[Slow]) -> tuple[Array, list[Array]]:
     """Ln evidence over none for a slow motion of the readings: of a steady drift, and of all that is fitted for it.
 
-    A steady drift has one coefficient in place of four; each has the price of unit information (½·ln n). With
-    them the slow motion of each block, shape (blocks, terms).
+    A steady drift has one coefficient in place of four or more; each has the price of unit information (½·ln n). With
+    them the slow motion of each block, a value a term.
     """
     theta, spread = estimated(fit, by, used)
     evidence, motions = np.zeros(2), []
@@ -468,7 +468,7 @@ def slow_motion(fit: Fit, by: Noise, used: Sequence[Marks], every: Sequence[Slow
             0.5 * level @ np.linalg.solve(within, level) - len(rows) * price,
         )
         motions.append(level)
-    return evidence, np.array(motions)
+    return evidence, motions
 
 
 # ---- nonlinear fits compared --------------------------------------------------------------------------------------

@@ -140,19 +140,19 @@ def slow(posed: Plain, found: Diagnosis, prepared: Decay) -> Iterator[Overlay]:
         return
     misfit = next((one.statistic for one in found.tests if one.name == "misfit"), 1.0)
     by = replace(noise(fit, fit.full, posed.floor), misfit=misfit)
-    drift, stepped = _drift(fit, by, posed, prepared.unit), _stepped(fit, by, posed, prepared)
+    drift, stepped = _drift(fit, by, posed, prepared), _stepped(fit, by, posed, prepared)
     best, other = sorted((drift, stepped), key=lambda one: -one.log_bayes)
     if best.log_bayes > FAR:
         yield best if best.log_bayes > other.log_bayes + FAR else replace(best, alike=(other,))
 
 
-def _drift(fit: Fit, by: Noise, posed: Plain, unit: str) -> Overlay:
-    """Slow motion by the coefficients of the polynomial."""
+def _drift(fit: Fit, by: Noise, posed: Plain, prepared: Decay) -> Overlay:
+    """Slow motion by the coefficients of the polynomial, and of what settles."""
     evidence, motions = slow_motion(fit, by, fit.used, posed.slow)
-    along = np.linspace(-1, 1, 50)
-    largest = max(float(np.ptp(np.polynomial.legendre.legval(along, [0.0, *one]))) for one in motions)
+    largest = max(float(np.ptp(motion @ one.slow[1:]))
+                  for one, motion in zip(prepared.records, motions, strict=True))  # fmt: skip
     return Overlay(
-        "drift", (Value("drift", largest, math.nan, unit, None, None),),
+        "drift", (Value("drift", largest, math.nan, prepared.unit, None, None),),
         said("Found in the records, and fitted together with the decay."), float(evidence.max()),
     )  # fmt: skip
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from metrology.coordinate import SENSED, Sensed
 from metrology.decay.modes import guard, is_mains
 from metrology.decay.oscillation import DEGREE
-from metrology.decay.separation import HOPS, Separated
+from metrology.decay.separation import HOPS, Separated, drift
 from metrology.diagnostics.candidate import DECAY
 from metrology.diagnostics.subject import Array
 from metrology.message import said
@@ -30,8 +30,9 @@ MOTION = ("k", "c", "x0", "v0", *FORCES, *BENDS)
 """What the reading of a motion depends on."""
 BENT = len(MOTION) - len(BENDS)
 """Place in `MOTION` from which on it is the reading alone."""
-LEVELS = tuple(f"level{order}" for order in range(DEGREE + 1))
-"""Slow motion under the decay: coefficients of Legendre's polynomials."""
+LEVELS = tuple(f"level{order}" for order in range(DEGREE + 3))
+"""Slow motion under the decay: coefficients of Legendre's polynomials, and of what they do not follow of a zero that
+settles and of a change of its rate."""
 STEPS = tuple(f"hop{order}" for order in range(HOPS))
 """What the steps of the reading differ by from what was taken out."""
 _OF_RIG = ("k", "c", "start.x", "start.v", *FORCES)
@@ -123,6 +124,8 @@ class Record:
     is_known: bool = False
     steps: tuple[Array, ...] = ()
     """For each step of the reading that was taken out, the part of each block after it: its size is fitted again."""
+    settles: tuple[float, float] = (0.0, 0.0)
+    """By how much the zero settles from time zero on, and at which rate / (1/s)."""
 
     @cached_property
     def _stencil(self) -> tuple[Array, Array]:
@@ -144,8 +147,24 @@ class Record:
 
     @cached_property
     def slow(self) -> Array:
-        """Legendre's polynomials over the record, a row for each of `LEVELS`, shape (5, n)."""
-        return np.ascontiguousarray(np.polynomial.legendre.legvander(2 * self.t / self.t[-1] - 1, DEGREE).T)
+        """Legendre's polynomials over the record, and what they do not follow of a settling, a row for each level.
+
+        The rate of the settling is that of the direct fit, which another law of the motion may change: what a small
+        change of it does has a row as well. What the polynomials follow to within the noise has none.
+        """
+        rows = np.polynomial.legendre.legvander(2 * self.t / self.t[-1] - 1, DEGREE)
+        size, rate = self.settles
+        fall = rate * self.t
+        for shape in (np.exp(-fall), fall * np.exp(-fall)) if rate else ():
+            beside = shape - rows @ np.linalg.lstsq(rows, shape, rcond=None)[0]
+            if float(np.linalg.norm(size * beside / self.u)) > 1.0:
+                rows = np.column_stack([rows, beside / np.abs(beside).max()])
+        return np.ascontiguousarray(rows.T)
+
+    @property
+    def levels(self) -> tuple[str, ...]:
+        """Names of the coefficients of `slow`."""
+        return LEVELS[: len(self.slow)]
 
     @cached_property
     def run(self) -> Run:
@@ -268,7 +287,7 @@ class Record:
 
     def overlaid(self, values: Mapping[str, float]) -> Array:
         """Slow motion and lines under the decay."""
-        y = np.array([values[name] for name in LEVELS]) @ self.slow
+        y = np.array([values[name] for name in self.levels]) @ self.slow
         for name, step in zip(STEPS, self.steps, strict=False):
             y = y + values[name] * step
         for name in LINES:
@@ -336,7 +355,14 @@ def cut(name: str, parted: Separated, mains: float) -> Record:
         name, sensed, t - zero, y, u, nodes - zero, weights, main.omega, main.rate, float(turned.real),
         float((turned * pole).real), float(np.mean(y[len(y) // 2 :])), lines, parted.noise,
         int(kept.sum()) / len(t), _by_rounding(parted), parted.rounded is not None, _seen(steps),
+        _settles(parted, zero),
     )  # fmt: skip
+
+
+def _settles(parted: Separated, zero: float) -> tuple[float, float]:
+    """By how much a record settles from a time on, and its rate."""
+    rate = parted.fit.settling
+    return (drift(parted).settles * math.exp(-rate * zero), rate) if rate else (0.0, 0.0)
 
 
 def _by_rounding(parted: Separated) -> float:
@@ -407,7 +433,7 @@ def parts(one: Record) -> list[Record]:
     if min(at, len(one.t) - at) < 3 * PER_PERIOD:
         return [one]
     zero = float(one.nodes[0, at]) - _before(one.sensed, one.omega)
-    pole = complex(-one.rate, one.omega)
+    pole, (size, settling) = complex(-one.rate, one.omega), one.settles
     turned = complex(one.x0, -(one.v0 + one.rate * one.x0) / one.omega) * np.exp(pole * zero)
     first, later = slice(None, at), slice(at, None)
     return [
@@ -420,6 +446,7 @@ def parts(one: Record) -> list[Record]:
             u=one.u[later],
             nodes=one.nodes[:, later] - zero, weights=one.weights[:, later], x0=float(turned.real),
             v0=float((turned * pole).real), steps=_seen([step[later] for step in one.steps]),
+            settles=(size * math.exp(-settling * zero), settling),
         ),
     ]  # fmt: skip
 
