@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -65,3 +66,15 @@ def test_planted_reading_far_off_a_coarse_division_is_misread(seed: int) -> None
         stretched("al-1100", seed, {"division": division, "misread": 10 * division}), rng=np.random.default_rng(seed)
     )
     assert far.named == ("misread",)
+
+
+@pytest.mark.parametrize("seed", [31, 32])
+def test_planted_readings_far_off_are_no_normal_noise(seed: int) -> None:
+    """Eight of 48 that are off by twenty times the scatter: the check of outliers fails, and so does a test here."""
+    test, rng = stretched("al-1100", seed, {}), np.random.default_rng(seed)
+    off_by = dict(zip(rng.choice(48, 8, replace=False).tolist(), rng.choice([-6e-5, 6e-5], 8).tolist(), strict=True))
+    readings = tuple(replace(one, value=one.value + off_by.get(at, 0.0)) for at, one in enumerate(test.readings))
+    found = elongation(replace(test, readings=readings), rng=rng)
+    assert {one.name: one.passed for one in found.tests}["normal noise"] is False
+    assert found.verdict != "nothing missing" or "the noise is not normal" in found.sentence
+    assert "normal noise" not in {one.name for one in elongation(test, rng=rng).tests}
