@@ -397,7 +397,18 @@ def without_others(separated: Separated, record: Channel) -> Floats:
 
 
 def drift(separated: Separated) -> Baseline:
-    """Return the fitted baseline by the time from the first sample fitted."""
+    """Fitted zero of a record: what is slower than its oscillations.
+
+    Parameters
+    ----------
+    separated : Separated
+        As fitted.
+
+    Returns
+    -------
+    Baseline
+        Called with times / s from the first sample fitted, in the unit of the readings.
+    """
     return _baseline(separated.free, separated.fit)
 
 
