@@ -1,8 +1,11 @@
 """A specimen that yields: beyond a force it stretches more, and does not go back."""
 
+from collections.abc import Container
+
 import numpy as np
 
-from metrology.effect import INF, Cause, Effect, Pulled, Size
+from metrology.effect import INF, Cause, Effect, Pulled, Readings, Size, choice
+from metrology.effects.saturation import between
 
 PARTS = (0.35, 0.5, 0.6, 0.7, 0.8, 0.9)
 """Forces F_y, as parts of the range of the forces, at which a search begins."""
@@ -21,6 +24,21 @@ def at(seen: Pulled, part: float) -> float:
     return least + part * (seen.most - least)
 
 
+def lasting(seen: Readings, force: float, kind: float):
+    """What the highest load so far is beyond F_y: in each repeat anew (0), or in all of the test (1).
+
+    Anew where each repeat is another mounting, or another specimen. F_y at the smallest load: all of the first loading
+    is another line than what follows, as where a strand beds in.
+    """
+    return np.maximum(seen.highest(mounted=round(kind) == 0) - force, 0.0)
+
+
+def knees(seen: Readings, _among: Container[str]) -> list[dict[str, float]]:
+    """From the smallest load, and from between two, of either kind."""
+    forces = [float(np.min(seen.force)), *between(seen).tolist()]
+    return [{"yield.force": force, "yield.kind": float(kind)} for kind in range(2) for force in forces]
+
+
 EFFECT = Effect(
     name="plasticity",
     title="Yield of the specimen",
@@ -29,6 +47,24 @@ EFFECT = Effect(
     source="linear isotropic hardening: Simo & Hughes, Computational Inelasticity (1998), 1.2",
     acts="line",
     causes=(
+        Cause(
+            "elongation", "yield",
+            (
+                Size("yield.compliance", "m/N", 0.0, 0.0, INF, 1e-9),
+                Size("yield.force", "N", 1.0, 1e-3, 1e9, 1.0, True),
+                choice("yield.kind", 2),
+            ),
+            title="Yield, or a first loading that leaves a set",
+            equation="x = … + a·max(F_m − F_y, 0), F_m the highest load so far",
+            sign="more extension when a load is reached for the first time, which stays when it is taken off",
+            consequence="k and E come out too small where first loadings are used: those of unloading, or of loading "
+            "again, hold",
+            advice="load once to the largest load before the first reading, or end the range below F_y",
+            separate="load again without taking the sample out: a set does not grow, creep and drift go on",
+            pictures=("load",), needs=("unloading",), amount=lambda seen: seen.u / seen.most, shapes=knees,
+            limits=lambda seen: {"yield.force": (float(np.min(seen.force)), float(np.unique(seen.force)[-2]))},
+            reading=lasting,
+        ),
         Cause(
             "tension", "yield",
             (Size("yield.compliance", "m/N", 0.0, 0.0, INF, 1e-9),
