@@ -236,7 +236,7 @@ class Elongation:
     def _family(
         self, name: str, parts: Sequence[tuple[Array, Array, Array]], *, smooth: bool = False
     ) -> Direction:  # fmt: skip
-        """Hats, or splines, over what a law depends on (by reading, places, whether it acts), one part after another."""
+        """Hats, or splines, over what a law depends on (by reading, places, whether it acts), part after part."""
         columns: list[Array] = []
         values: dict[str, float] = {}
         for number, (by, knots, acts) in enumerate(parts):

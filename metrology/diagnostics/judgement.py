@@ -100,6 +100,8 @@ class Judged:
         What an unlisted law says that the data do not rule out.
     minor : tuple of str
         Effects of the model that carry less than what remains: certain, but not named.
+    heavy : float
+        Probability that noise of few readings has heavy tails.
     """
 
     base: Fit
@@ -122,6 +124,7 @@ class Judged:
     kinds: tuple[tuple[str, Fit, float], ...] = ()
     lawful: tuple[WithLaw, ...] = ()
     minor: tuple[str, ...] = ()
+    heavy: float = 0.0
 
     @property
     def nothing(self) -> float:
@@ -183,7 +186,7 @@ def judge(search: Search, base: Fit, first: View, view: View) -> Judged:
     return Judged(
         base, last, first, view, verdict, probability, groups, carries, share, law, unlisted, replaced, others,
         exchanged, tuple(search.failed), weights, doubtful, tuple(search.kinds(view, exchanged)), lawful,
-        minor,
+        minor, -math.expm1(-_tails(search, view, last)),
     )  # fmt: skip
 
 
@@ -245,14 +248,18 @@ def _evidence(search: Search, view: View) -> dict[Set, float]:
     """
     evidence = search.evidence(view)
     own = evidence[view.effects]
-    scarce, among = search.subject.is_scarce, view.table.among
-    tails = either(view.fit, among, search.rounding(view.fit)) if scarce else 0.0
+    tails = _tails(search, view, view.fit)
     found = {one: value + tails for one, value in evidence.items()
              if one >= view.effects and not 0 < value - own <= search.least(view)}  # fmt: skip
     for one, fit in search.fits.items():
         if search.is_fitted(one) and one != view.effects:
-            found[one] = own + search.over(view, fit) + (either(fit, among, search.rounding(fit)) if scarce else 0.0)
+            found[one] = own + search.over(view, fit) + _tails(search, view, fit)
     return found
+
+
+def _tails(search: Search, view: View, fit: Fit) -> float:
+    """Ln evidence of a fit to few readings whose noise may have heavy tails, over that of normal noise."""
+    return either(fit, view.table.among, search.rounding(fit)) if search.subject.is_scarce else 0.0
 
 
 def _normalised(evidence: Mapping[Model, float]) -> dict[Model, float]:

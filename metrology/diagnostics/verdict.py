@@ -300,6 +300,9 @@ def _tests(judged: Judged) -> tuple[Test, ...]:
             said(misfit, times=float(judged.misfit), limit=COARSE),
         ),
     ]  # fmt: skip
+    if judged.heavy > LIKELY:
+        normal = said("The probability that the noise has heavy tails is {p:figures}.", p=_probability(judged.heavy))
+        found.append(Test(said("normal noise"), judged.heavy, LIKELY, 1.0 - judged.heavy, LIKELY, False, normal))
     if judged.law is not None:
         found.append(
             Test(
@@ -393,6 +396,11 @@ def _rms(fit: Fit, at: int, own: slice, chosen: np.ndarray[tuple[int, ...], np.d
 # ---- sentences ----------------------------------------------------------------------------------------------------
 def _sentence(judged: Judged, subject: Subject, causes: tuple[Cause, ...]) -> str:
     match judged.verdict:
+        case "nothing missing" if judged.heavy > LIKELY:
+            return said(
+                "No listed effect is supported, but the noise is not normal: more readings lie far off than chance "
+                "explains. Each may be misread, or the readings scatter so."
+            )
         case "nothing missing":
             return said("Nothing is missing: no listed effect is supported, and what remains is noise.")
         case "not finished":

@@ -51,7 +51,7 @@ EFFECT = Effect(
                 Size("periodic.phase", "rad", 0.0, -math.pi, 2 * math.pi, 0.1, True, apart=6),
                 choice("periodic.turn", len(TURNS)),
             ),
-            consequence="k and E are off by up to the amplitude over the range of extension, the more the shorter it is",
+            consequence="k and E are off by the amplitude over the range of extension at most",
             advice="calibrate the dial within a turn, and give its correction; extend the sample by whole turns",
             separate="gauge blocks in steps of a tenth of a turn; the same loads with the dial set back by half a turn",
             pictures=("load",), needs=("turns",), amount=lambda seen: seen.u, shapes=shapes, reading=reading,
