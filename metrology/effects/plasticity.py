@@ -5,7 +5,7 @@ from collections.abc import Container
 import numpy as np
 
 from metrology.effect import INF, Cause, Effect, Pulled, Readings, Size, choice
-from metrology.effects.saturation import between
+from metrology.effects import softening
 
 PARTS = (0.35, 0.5, 0.6, 0.7, 0.8, 0.9)
 """Forces F_y, as parts of the range of the forces, at which a search begins."""
@@ -27,16 +27,15 @@ def at(seen: Pulled, part: float) -> float:
 def lasting(seen: Readings, force: float, kind: float):
     """What the highest load so far is beyond F_y: in each repeat anew (0), or in all of the test (1).
 
-    Anew where each repeat is another mounting, or another specimen. F_y at the smallest load: all of the first loading
-    is another line than what follows, as where a strand beds in.
+    Anew where each repeat is another mounting, or another specimen.
     """
     return np.maximum(seen.highest(mounted=round(kind) == 0) - force, 0.0)
 
 
-def knees(seen: Readings, _among: Container[str]) -> list[dict[str, float]]:
-    """From the smallest load, and from between two, of either kind."""
-    forces = [float(np.min(seen.force)), *between(seen).tolist()]
-    return [{"yield.force": force, "yield.kind": float(kind)} for kind in range(2) for force in forces]
+def knees(seen: Readings, among: Container[str]) -> list[dict[str, float]]:
+    """Between two loads, as a softening, of either kind."""
+    return [{"yield.force": one["softening.force"], "yield.kind": float(kind)}
+            for kind in range(2) for one in softening.places(seen, among)]  # fmt: skip
 
 
 EFFECT = Effect(
@@ -54,16 +53,15 @@ EFFECT = Effect(
                 Size("yield.force", "N", 1.0, 1e-3, 1e9, 1.0, True),
                 choice("yield.kind", 2),
             ),
-            title="Yield, or a first loading that leaves a set",
+            title="Yield, or slip of a clamp, above a load",
             equation="x = … + a·max(F_m − F_y, 0), F_m the highest load so far",
-            sign="more extension when a load is reached for the first time, which stays when it is taken off",
-            consequence="k and E come out too small where first loadings are used: those of unloading, or of loading "
-            "again, hold",
-            advice="load once to the largest load before the first reading, or end the range below F_y",
-            separate="load again without taking the sample out: a set does not grow, creep and drift go on",
+            sign="a knee in extension against load when loads are reached for the first time; what is beyond it stays",
+            consequence="k and E come out too small where the loads beyond F_y are used",
+            advice="end the range of loads below F_y; tighten the clamps",
+            separate="marks on the sample at the clamps and away from them; load again: what has yielded does not move",
             pictures=("load",), needs=("unloading",), amount=lambda seen: seen.u / seen.most, shapes=knees,
-            limits=lambda seen: {"yield.force": (float(np.min(seen.force)), float(np.unique(seen.force)[-2]))},
-            reading=lasting,
+            limits=lambda seen: {"yield.force": softening.limits(seen)["softening.force"]},
+            reading=lasting, law="set or drift",
         ),
         Cause(
             "tension", "yield",
