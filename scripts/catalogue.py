@@ -177,7 +177,7 @@ def _words() -> tuple[str, ...]:
         *filter(str.strip, JOINTS.values()), ": ",
         *quality._CARE, quality.NOT_JUDGED, "simple acceptance", "guard band", *_choices(),
         *quality.STATES, *_checklists(), *_equations(), *PHASES,
-        "loading", "unloading", "gravity", "air density", "weight density", "length", "linear density", "paper",
+        "loading", "unloading", "highest load", "gravity", "air density", "weight density", "length", "linear density", "paper",
         "scale", "scatter of", "slope correction", "strain slope", "setup slope",
         "temperature", "humidity", "pressure",
         *SECTIONS, *(key.replace("_", " ") for one in SECTIONS.values() for key in one.dimensions), *_held(),
