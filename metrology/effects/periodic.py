@@ -40,7 +40,7 @@ EFFECT = Effect(
     title="Periodic error of the dial",
     equation="y = … + a·sin(2π·y/p + φ), p a turn of the pointer",
     sign="residuals go up and down with the reading, once with every turn of the pointer, in every repeat",
-    source="ISO 463:2006, 6 (error of indication over a revolution of the pointer)",
+    source="ISO 463:2006, mechanical dial gauges: errors of indication within a revolution",
     acts="reading",
     causes=(
         Cause(

@@ -29,7 +29,7 @@ EFFECT = Effect(
     title="Softening above a load",
     equation="x = … + a·max(F − F_k, 0)",
     sign="a knee in extension against load, in loading and unloading alike and in every repeat",
-    source="bilinear elasticity: Lubliner, Plasticity Theory (2008), 1.2",
+    source="a spring in series with the line, preloaded to F_k, opens beyond it",
     acts="line",
     causes=(
         Cause(
