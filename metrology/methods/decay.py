@@ -190,8 +190,25 @@ def analyse(task: Task[DecayTest]) -> Analysed[decay.DecayTest]:
         task.add(measurand)
     failures = analysis.finding.failures
     task.model.failures.extend(said("{name}: {sentence:quoted}", name=task.name, sentence=one) for one in failures)
+    task.model.warnings.extend(_left_out(prepared))
     task.model.traces.update({f"decay/{task.name}/{record}": trace for record, trace in analysis.traces.items()})
     return Analysed(analysis.finding, prepared, analysis.contribution)
+
+
+def _left_out(test: decay.DecayTest) -> Iterator[str]:
+    """Sentences on the parts of its records that are not evaluated."""
+    from metrology.decay.separation import Separated
+
+    for record, separated in zip(test.records, test.separated, strict=True):
+        for jump in separated.jumps if isinstance(separated, Separated) else ():
+            text = (
+                "{name}: what comes before {time:.4g} s is not evaluated. The phase jumps there, as by a knock or by "
+                "samples that are missing."
+                if jump.keeps_later
+                else "{name}: what comes after {time:.4g} s is not evaluated. The phase jumps there, as by a knock or "
+                "by samples that are missing."
+            )
+            yield said(text, name=record.name, time=float(jump.time))
 
 
 def _separated(test: decay.DecayTest) -> decay.DecayTest:
