@@ -62,7 +62,7 @@ def jumped(free: Channel, fitted: Fit, noise: float) -> Jump | None:
     pull = after(residual[:, None] * ways)
     whole, pairs = after(ways[:, [0, 0, 1]] * ways[:, [0, 1, 1]]), ((0, 0), (0, 1), (1, 1))
     aa, ab, bb = (whole[:, at] - np.sum(along[i] * along[j], axis=1) for at, (i, j) in enumerate(pairs))
-    phase = bb - ab**2 / np.maximum(aa, 1e-300)  # of the phase, beside the amplitude and all that is fitted
+    phase = bb - ab**2 / np.where(aa > 0.0, aa, np.inf)  # of the phase, beside the amplitude and all that is fitted
     seen = (aa > SEEN * np.minimum(whole[:, 0], whole[0, 0] - whole[:, 0])) & (
         phase > SEEN * np.minimum(whole[:, 2], whole[0, 2] - whole[:, 2])
     )
