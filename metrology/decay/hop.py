@@ -70,7 +70,11 @@ def sought(free: Channel, fitted: Fit, noise: float) -> Hop | None:
 
 def without_slow(fitted: Fit) -> Fit:
     """Return a fit without the modes below half of the decay's frequency."""
-    kept = [at for at, mode in enumerate(fitted.modes) if not at or mode.omega >= 0.5 * fitted.main.omega]
+    return only(fitted, [at for at, mode in enumerate(fitted.modes) if not at or mode.omega >= 0.5 * fitted.main.omega])
+
+
+def only(fitted: Fit, kept: list[int]) -> Fit:
+    """Return a fit with some of its modes."""
     return replace(fitted, modes=tuple(fitted.modes[at] for at in kept), coefficients=fitted.coefficients[kept])
 
 

@@ -5,13 +5,13 @@ What comes before such a moment and what comes after it are two decays, and no l
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import log
 
 import numpy as np
 from numpy.polynomial.legendre import legvander
 
-from metrology.decay.hop import CLEAR, SEEN, SHARP, after, forms, level
+from metrology.decay.hop import CLEAR, SEEN, SHARP, after, forms, level, only
 from metrology.decay.oscillation import Fit, Floats, baseline, tangent
 from metrology.timeseries import Channel
 
@@ -53,7 +53,7 @@ def jumped(free: Channel, fitted: Fit, noise: float) -> Jump | None:
     t, main = free.time - free.time[0], fitted.main
     # A jump makes lines beside the decay: they are no modes here.
     kept = [at for at, mode in enumerate(fitted.modes) if not at or abs(mode.omega / main.omega - 1.0) > 0.5]
-    fast = replace(fitted, modes=tuple(fitted.modes[at] for at in kept), coefficients=fitted.coefficients[kept])
+    fast = only(fitted, kept)
     ways = _ways(t, fitted)
     beside = [baseline(t, settling=fast.settling), tangent(t, fast)[:, fast.slow :], forms(t, fast)]
     Q = np.linalg.qr(np.hstack(beside))[0]

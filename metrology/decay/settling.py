@@ -61,7 +61,7 @@ def settled(free: Channel, first: Mode, noise: float) -> Fit:
         At the full rate of the record; `settling` is 0 where its zero does not settle.
     """
     plain = disentangle(free, first)
-    # A motion that itself dies within a period cannot be told from what settles.
+    # A motion that itself dies within a period cannot be distinguished from what settles.
     rate = _sought(free, plain, noise) if first.rate < first.frequency else 0.0
     if not rate:
         return plain
