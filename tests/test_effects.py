@@ -58,6 +58,13 @@ CASES: dict[str, list[tuple[tuple[float, float], dict[str, float]]]] = {
         (NYLON, {"zener.stiffness": 40.0, "zener.time": 0.5}),
         (ALUMINIUM, {"zener.stiffness": 4000.0, "zener.time": 0.05}),
     ],
+    "second_branch": [
+        (NYLON, {"second_branch.stiffness": 30.0, "second_branch.time": 0.3}),
+        (NYLON, {"zener.stiffness": 40.0, "zener.time": 0.5, "second_branch.stiffness": 25.0,
+                 "second_branch.time": 4.0}),
+        (NYLON, {"second_branch.stiffness": 30.0, "second_branch.time": 0.3, "frame.compliance": 8e-5,
+                 "frame.frequency": 100.0}),
+    ],
     "damping": [(NYLON, {"damping.amplitude": 300.0}), (NYLON, {"damping.amplitude": 300.0, "setup.compliance": 1e-3})],
     "asymmetric_damping": [
         (NYLON, {"asymmetric_damping.outward": 3.0}),

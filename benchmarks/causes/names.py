@@ -22,7 +22,7 @@ NAMES: dict[str, tuple[str, ...]] = {
 LATER = {
     "decay": {"asymmetric damping", "cubic reading", "hop", "quadratic reading", "stop"},
     "elongation": {"hysteresis", "initial tension"},
-    "response": {"appendage", "asymmetric damping", "hop", "hose", "thrust fading"},
+    "response": {"appendage", "asymmetric damping", "hop", "hose", "second branch", "thrust fading"},
 }
 """Names that this package has had since the table was frozen: they are unlisted here."""
 STEPS = (

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
-from metrology.diagnostics.subject import Array, Fit
+from metrology.diagnostics.subject import Fit
 from metrology.estimation import Solution
 from metrology.estimation.problem import Point, Slope
 from metrology.estimation.profile import interval
@@ -14,12 +12,6 @@ from metrology.estimation.profile import interval
 NORMAL_95 = 1.959963984540054
 DEAR = 10.0
 """Cost of a motion over that of the base model from which on no profile is followed: one takes some thirty fits."""
-
-
-def spread(fit: Fit) -> Array:
-    """Standard uncertainty of every unknown by the parabola, shape (p,)."""
-    found: Array = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0))
-    return found
 
 
 def ends(fit: Fit, at: int, u: float, *, curved: bool) -> tuple[float | None, float | None]:
@@ -32,14 +24,14 @@ def ends(fit: Fit, at: int, u: float, *, curved: bool) -> tuple[float | None, fl
     at : int
         Which unknown.
     u : float
-        Its standard uncertainty by the parabola.
+        Its standard uncertainty, with the colour of the noise.
     curved : bool
         Whether all other unknowns are to be sought anew at the ends (profile likelihood), as they have to be where
         several parameters of one effect stand for each other along a curved valley, and is not too long a search.
     """
     value, entry = float(fit.theta[at]), fit.problem.unknowns[at]
     if curved and fit.dear < DEAR and math.isfinite(u) and u > 0:
-        found = interval(fit.problem, _solution(fit), at, u, u)
+        found = interval(fit.problem, _solution(fit), at, u, math.sqrt(float(fit.covariance[at, at])))
         return found.low, found.high
     low, high = value - NORMAL_95 * u, value + NORMAL_95 * u
     return (low if low > entry.low else None), (high if high < entry.high else None)

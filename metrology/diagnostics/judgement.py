@@ -24,7 +24,17 @@ from metrology.diagnostics.likelihood import (
     weighted,
 )
 from metrology.diagnostics.search import COARSE, EQUAL, Search, View, cost
-from metrology.diagnostics.sets import INVISIBLE, NEGLIGIBLE, NONE, Scarce, Set, log_likelihood, log_prior
+from metrology.diagnostics.sets import (
+    INVISIBLE,
+    NEGLIGIBLE,
+    NONE,
+    Scarce,
+    Set,
+    is_whole,
+    log_likelihood,
+    log_prior,
+    without,
+)
 from metrology.diagnostics.subject import Direction, Fit
 from metrology.diagnostics.tails import either
 from metrology.noise import Colour
@@ -222,11 +232,11 @@ def _verdict(
 
 def _fit_without(search: Search, view: View, name: str) -> Fit | None:
     """Fit of the model without one of its effects; None where the budget has none left for it."""
-    rest = view.effects - {name}
+    rest = without(view.effects, name, search.beside)
     if rest not in search.fits:
         if search.spent >= search.budget:
             return None
-        fit = search.subject.fit(tuple(one for one in view.fit.effects if one != name), [view.fit.values])
+        fit = search.subject.fit(tuple(one for one in view.fit.effects if one in rest), [view.fit.values])
         search.spent += cost(fit)
         if fit is None:
             return None
@@ -357,7 +367,7 @@ def _unlisted(
     level = next((one.level for one in sharper.noise.channels.values()), 1.0)
     rounding = table.rounding / level**2
     scarce = None if free is None else Scarce(free, free / level**2)
-    for one in _parts(view.fit.effects):
+    for one in _parts(view.fit.effects, search.beside):
         wide = sum(table.members[name].ways for name in one)
         few = None if scarce is None else Few(scarce, wide, rounding)
         laws_of, squares = of_families(sharper, simple, one, few)
@@ -430,9 +440,10 @@ def _named_values(search: Search, sharper: Line, kept: Set, law: Law) -> dict[st
             for at, moved, own in zip(places, shift, u, strict=True)}  # fmt: skip
 
 
-def _parts(effects: Sequence[str]) -> list[Set]:
-    """Every set of some effects."""
-    return [frozenset(one) for count in range(len(effects) + 1) for one in combinations(effects, count)]
+def _parts(effects: Sequence[str], beside: Mapping[str, str]) -> list[Set]:
+    """Every set of some effects, each beside what it needs."""
+    every = (frozenset(one) for count in range(len(effects) + 1) for one in combinations(effects, count))
+    return [one for one in every if is_whole(one, beside)]
 
 
 def logistic(odds: float) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -35,12 +35,14 @@ from metrology.diagnostics.sets import (
     Set,
     Table,
     instead,
+    is_whole,
     log_likelihood,
     log_prior,
     price,
     scores,
     table,
     ways,
+    without,
 )
 from metrology.diagnostics.subject import LOST, Array, Direction, Fit, Marks, Subject
 from metrology.effect import Size
@@ -134,7 +136,7 @@ class Search:
         self.fits[frozenset(fit.effects)] = fit
         self.spent += int(fit.dear) - 1
         candidates = self.subject.candidates
-        others = [name for name in candidates if name not in fit.effects]
+        others = [name for name in candidates if name not in fit.effects and self.is_open(fit.effects, name)]
         directions = list(self.subject.directions(fit, others))
         if self.subject.is_scarce:
             scarce = line(fit, candidates, directions, Noise({}), fit.used)
@@ -152,6 +154,15 @@ class Search:
         scaled = plain.with_misfit(factor)
         formed = table(scaled, candidates)
         return View(fit, scaled, formed, _evidence(fit, formed))
+
+    @cached_property
+    def beside(self) -> Mapping[str, str]:
+        """For every candidate the one without which it is not tried."""
+        return {name: one.cause.beside for name, one in self.subject.candidates.items()}
+
+    def is_open(self, effects: Collection[str], name: str) -> bool:
+        """Whether a candidate may be added to these effects."""
+        return self.beside[name] in ("", *effects)
 
     # ---- search -----------------------------------------------------------------------------------------------
     def run(self, base: Fit, here: View) -> View:
@@ -262,7 +273,8 @@ class Search:
         if len(here.effects) >= LARGEST:
             return []
         wanted = {here.effects | {name}: name for name in self.subject.candidates
-                  if name not in here.effects and name not in self.subject.untestable()}  # fmt: skip
+                  if name not in (*here.effects, *self.subject.untestable())
+                  and self.is_open(here.effects, name)}  # fmt: skip
         new = [one for one in wanted if one not in self.glances]
         with ThreadPoolExecutor(self.workers) as pool:
             self.glances |= zip(new, pool.map(lambda one: self._glance(here, wanted[one]), new), strict=True)
@@ -288,13 +300,14 @@ class Search:
         near = {one: value for one, value in evidence.items() if value > own - 2 * EQUAL}
         near |= {one: own + self.over(here, fit) for one, fit in self.fits.items() if self.is_fitted(one)}
         for name in here.fit.effects:
-            rest = here.effects - {name}
+            rest = without(here.effects, name, self.beside)
             for other, more in instead(here.line, self.subject.candidates, name).items():
                 if more > -2 * EQUAL:
                     near[rest | {other}] = max(near.get(rest | {other}, -math.inf), own + more)
-            beside = [one for one in near if one > rest and len(one) == len(here.effects) and one != here.effects]
-            beside = sorted(beside, key=lambda one: -near[one])[:TRIED]
-            for one in dict.fromkeys([*beside, *(rest | {other} for other in self._same(name, here.effects))]):
+            others = [one for one in near if one > rest and len(one) == len(rest) + 1 and name not in one
+                      and is_whole(one, self.beside)]  # fmt: skip
+            others = sorted(others, key=lambda one: -near[one])[:TRIED]
+            for one in dict.fromkeys([*others, *(rest | {other} for other in self._same(name, here.effects))]):
                 (other,) = one - rest
                 if not self.is_fitted(one) and self.spent < self.budget:
                     fit = self._fit(here, one)

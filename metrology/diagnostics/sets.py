@@ -28,6 +28,17 @@ NEGLIGIBLE = 1e-3
 """Probability over that of the best model below which another one moves no mean that is printed."""
 
 
+def without(effects: Set, name: str, beside: Mapping[str, str]) -> Set:
+    """Return a set without an effect, and without those that are tried beside it alone (`Cause.beside`)."""
+    rest = effects - {name}
+    return frozenset(one for one in rest if beside.get(one, "") != name)
+
+
+def is_whole(effects: Set, beside: Mapping[str, str]) -> bool:
+    """Whether every effect of a set that is tried beside another alone has that there (`Cause.beside`)."""
+    return all(beside.get(one, "") in ("", *effects) for one in effects)
+
+
 def log_prior(size: int, among: int) -> float:
     """Ln probability beforehand of one set of so many effects.
 
@@ -140,8 +151,8 @@ class Table:
         Candidates of the whole list, which the prior counts.
     count : int
         Readings.
-    laws : mapping of str to str
-        What each effect is one law of.
+    laws, beside : mapping of str to str
+        What each effect is one law of; the effect without which it is not tried.
     free : float or None
         Degrees of freedom of the model without effects, where the noise is estimated with the rest.
     rounding : float
@@ -155,6 +166,7 @@ class Table:
     among: int
     count: int
     laws: Mapping[str, str]
+    beside: Mapping[str, str]
     free: float | None = None
     rounding: float = 0.0
 
@@ -219,11 +231,11 @@ class Table:
         return log_likelihood(cost, scarce, sum(self.members[name].ways for name in effects))
 
     def sets(self) -> Iterator[Set]:
-        """Every set of some effects with one law of a thing at most."""
+        """Every set of some effects with one law of a thing at most, each beside what it needs."""
         for count in range(min(len(self.members), LARGEST) + 1):
             for names in combinations(self.members, count):
                 laws = [self.laws[name] for name in names if self.laws.get(name)]
-                if len(laws) == len(set(laws)):
+                if len(laws) == len(set(laws)) and is_whole(frozenset(names), self.beside):
                     yield frozenset(names)
 
     def all(self) -> dict[Set, float]:
@@ -274,9 +286,9 @@ def table(line: Line, candidates: Mapping[str, Candidate], most: int = MOST, fre
         if len(members) < most + 2:
             members[name] = best[name][1]
     G = np.hstack([one.rows for one in members.values()]) if members else np.zeros((len(residual), 0))
-    laws = {name: candidates[name].cause.law for name in members}
+    laws, beside = ({name: getattr(candidates[name].cause, of) for name in members} for of in ("law", "beside"))
     among = max(len(prices), 1)
-    return Table(members, G.T @ G, -G.T @ residual, float(residual @ residual), among, line.count, laws, free)
+    return Table(members, G.T @ G, -G.T @ residual, float(residual @ residual), among, line.count, laws, beside, free)
 
 
 def scores(line: Line) -> dict[str, Score]:

@@ -74,7 +74,7 @@ def supported(judged: Judged, subject: Subject) -> Supported | None:
     names = tuple(entry.name for entry in entries)
     null = {one.name: one.null for cause in subject.candidates.values() for one in cause.parameters}
     start = np.array([null.get(name, math.nan) for name in names])
-    noise = _level(last, subject.floor) if subject.is_scarce else judged.view.noise
+    noise = noise_of(judged, subject)
     members = [(last, 0.0), *judged.exchanged.values(), *(one[1:] for one in judged.kinds), *_models_without(judged)]
     found = [(_parts(subject.finished(fit), names, start, noise), more) for fit, more in members]
     lawful = _with_laws(judged, names, found)
@@ -96,11 +96,26 @@ def supported(judged: Judged, subject: Subject) -> Supported | None:
     return Supported(names, units, _floats(mean), sources, _floats(base.values), _floats(by_base))
 
 
+def noise_of(judged: Judged, subject: Subject) -> Noise:
+    """Noise of the readings, with what no model explains: of its colours, or of the size that few readings tell."""
+    return _level(judged.last, subject.floor) if subject.is_scarce else judged.view.noise
+
+
+def spread(fit: Fit, noise: Noise) -> Array:
+    """Standard uncertainty of every unknown of a fit, those of single blocks as well, shape (p,): noise and priors."""
+    bread = fit.covariance
+    variance = noise.misfit * np.diag(_by_readings(fit, noise, bread))
+    for at, entry in enumerate(fit.problem.unknowns):
+        if entry.u is not None and entry.u > 0:
+            variance = variance + (bread[at] / entry.u) ** 2
+    return np.asarray(np.sqrt(variance))
+
+
 def _models_without(judged: Judged) -> Iterator[tuple[Fit, float]]:
     """Models without one of the effects, where the data leave that a probability, and their ln evidence."""
     own = frozenset(judged.last.effects)
-    for name, fit in judged.others.items():
-        weight = judged.weights.get(own - {name}, 0.0)
+    for fit in judged.others.values():
+        weight = judged.weights.get(frozenset(fit.effects), 0.0)
         if weight > NEGLIGIBLE:
             yield fit, math.log(weight / judged.weights[own])
 

@@ -24,10 +24,11 @@ from metrology.diagnosis import (
 from metrology.diagnostics import intervals
 from metrology.diagnostics.candidate import Candidate
 from metrology.diagnostics.judgement import LIKELY, Judged
+from metrology.diagnostics.likelihood import Noise
 from metrology.diagnostics.search import COARSE, EQUAL
 from metrology.diagnostics.sets import NEGLIGIBLE
 from metrology.diagnostics.subject import Array, Fit, Subject
-from metrology.diagnostics.supported import supported
+from metrology.diagnostics.supported import noise_of, spread, supported
 from metrology.message import Sentence, said
 
 SHOWS = 5.0
@@ -99,7 +100,7 @@ def _causes(judged: Judged, subject: Subject, gain: Mapping[str, Gain]) -> Itera
     order = [*judged.last.effects, *(name for group in judged.groups for name in group)]
     # In the order of the table where rounding alone parts them.
     order += sorted(table, key=lambda name: -round(judged.probability.get(name, 0.0), PLACES))
-    untestable = subject.untestable()
+    untestable, noise = subject.untestable(), noise_of(judged, subject)
     for name in dict.fromkeys(order):
         group = grouped.get(name, ())
         named = _named(judged, name) or bool(group and (_named(judged, group[0]) or len(group) == 1))
@@ -108,9 +109,9 @@ def _causes(judged: Judged, subject: Subject, gain: Mapping[str, Gain]) -> Itera
             support = "indistinguishable" if group else "supported"
         fit = _fit_with(judged, name)
         score = _score(judged, name)
-        if name in untestable or (fit is None and score is None):
+        if name in untestable or (fit is None and score is None and not table[name].cause.beside):
             support = "not testable"
-        values = tuple(_values(fit, table[name], judged.misfit, named=named)) if fit is not None else ()
+        values = tuple(_values(fit, table[name], noise, named=named)) if fit is not None else ()
         minor = name in judged.last.effects and not named and name not in judged.replaced
         yield Cause(
             name, table[name].title, table[name].equation, support, judged.probability.get(name, 0.0), values,
@@ -147,12 +148,8 @@ def _score(judged: Judged, name: str) -> float | None:
 
 
 def _of_cause(judged: Judged, subject: Subject, name: str, support: Support) -> str:
-    untestable = subject.untestable()
-    if name in untestable:
-        return said("Not testable with these data: {reason}.", reason=untestable[name])
-    if support == "not testable":
-        text = "Not testable with these data: other unknowns have the same effect. Needed: {needed}."
-        return said(text, needed=subject.candidates[name].separate)
+    if untried := _untried(judged, subject, name, support):
+        return untried
     kinds = ""
     if any(one == name and name in fit.effects and more > -EQUAL for one, fit, more in judged.kinds):
         kinds = said("These data cannot distinguish its variants: k and c are means over them.")
@@ -161,7 +158,7 @@ def _of_cause(judged: Judged, subject: Subject, name: str, support: Support) -> 
     if support == "supported":
         text = "Named: it removes {share:.0f} % of the misfit that remains without it."
         removed = said(text, share=float(100 * judged.carries.get(name, 1.0)))
-        return followed(removed, _left_out(judged, name), kinds, _where(judged, subject, name))
+        return followed(removed, _left_out(judged, subject, name), kinds, _where(judged, subject, name))
     if support == "indistinguishable" and (name,) in judged.groups:
         text = (
             "Possible: something is missing, but these data do not decide whether it is this effect or another one, "
@@ -182,6 +179,20 @@ def _of_cause(judged: Judged, subject: Subject, name: str, support: Support) -> 
     return said("The evidence is against it.")
 
 
+def _untried(judged: Judged, subject: Subject, name: str, support: Support) -> str:
+    """Why an effect was not tried; empty where it was."""
+    candidate, untestable = subject.candidates[name], subject.untestable()
+    if name in untestable:
+        return said("Not testable with these data: {reason}.", reason=untestable[name])
+    if support == "not testable":
+        text = "Not testable with these data: other unknowns have the same effect. Needed: {needed}."
+        return said(text, needed=candidate.separate)
+    if candidate.cause.beside in ("", *judged.last.effects):
+        return ""
+    title = subject.candidates[candidate.cause.beside].title
+    return said("Not in the model: it is tried together with {title:lowered} only.", title=title)
+
+
 def _certain(judged: Judged) -> bool:
     """Whether something besides what is named is missing for certain, whatever it is."""
     undecided = {group[0] for group in judged.groups if len(group) == 1}
@@ -191,21 +202,21 @@ def _certain(judged: Judged) -> bool:
 
 def _where(judged: Judged, subject: Subject, name: str) -> str:
     """In which blocks a named effect acts."""
-    return subject.where(judged.last, name, _spread(judged.last, judged.misfit))
+    return subject.where(judged.last, name, spread(judged.last, noise_of(judged, subject)))
 
 
-def _left_out(judged: Judged, effect: str) -> str:
+def _left_out(judged: Judged, subject: Subject, effect: str) -> str:
     """What k and c come out as without one of the effects, the others being there."""
     without, found = judged.others.get(effect), []
     if without is None:
         return ""
-    spread = _spread(judged.last, judged.misfit)
+    u = spread(judged.last, noise_of(judged, subject))
     for name in ("k", "c"):
         at, to = without.index(name), judged.last.index(name)
         if at is None or to is None:
             continue
         value, unit = float(without.theta[at]), without.problem.unknowns[at].unit
-        if abs(value - judged.last.theta[to]) > spread[to]:
+        if abs(value - judged.last.theta[to]) > u[to]:
             text = "{name} = {value:.4g} {unit} instead of {whole:.4g} {unit}"
             found.append(said(text, name=name, value=value, unit=unit, whole=float(judged.last.theta[to])))
     if len(found) > 1:
@@ -213,30 +224,25 @@ def _left_out(judged: Judged, effect: str) -> str:
     return said("Without it the fit gives {first}.", first=found[0]) if found else ""
 
 
-def _spread(fit: Fit, misfit: float) -> Array:
-    """Standard uncertainty of every unknown, the misfit included, shape (p,)."""
-    return np.asarray(intervals.spread(fit) * math.sqrt(misfit))
-
-
-def _values(fit: Fit, candidate: Candidate, misfit: float, *, named: bool) -> Iterator[Value]:
+def _values(fit: Fit, candidate: Candidate, noise: Noise, *, named: bool) -> Iterator[Value]:
     """Parameters of an effect with their 95 % intervals."""
-    spread = _spread(fit, misfit)
-    yield from _amplitude(fit, candidate, spread)
+    every = spread(fit, noise)
+    yield from _amplitude(fit, candidate, every)
     for size in candidate.parameters:
         at = fit.index(size.name)
         if at is None:
             continue
-        value, u = float(fit.theta[at]), float(spread[at])
+        value, u = float(fit.theta[at]), float(every[at])
         if not named and u > LOOSE * max(abs(value - size.null), size.scale):
             # The data say nothing of it, such as the shape of an effect whose size has gone to zero.
             continue
         several = sum(one.shape for one in candidate.parameters) > 0
         near = not size.shape and abs(value - size.null) < 4 * u
-        curved = named and (several or near) and misfit < COARSE
+        curved = named and (several or near) and noise.misfit < COARSE
         yield Value(size.name, value, u, size.unit, *intervals.ends(fit, at, u, curved=curved))
 
 
-def _amplitude(fit: Fit, candidate: Candidate, spread: Array) -> Iterator[Value]:
+def _amplitude(fit: Fit, candidate: Candidate, u_of: Array) -> Iterator[Value]:
     """What every block has for itself: mean amplitude of a line (sine, cosine), or standard deviation of one size."""
     names = [size.name for size in candidate.parameters if size.own and not size.shape]
     ways = [[at for name in names if (at := fit.index(f"{name}@{one.name}")) is not None] for one in fit.problem.blocks]
@@ -252,7 +258,7 @@ def _amplitude(fit: Fit, candidate: Candidate, spread: Array) -> Iterator[Value]
         yield Value(f"{names[0]} (standard deviation)", value, of_u, unit, *ends)
         return
     sizes = np.array([np.linalg.norm(fit.theta[own]) for own in ways])
-    u = np.array([np.linalg.norm(fit.theta[own] * spread[own]) for own in ways]) / np.maximum(sizes, 1e-300)
+    u = np.array([np.linalg.norm(fit.theta[own] * u_of[own]) for own in ways]) / np.maximum(sizes, 1e-300)
     value, of_u = float(sizes.mean()), float(np.linalg.norm(u)) / len(u)
     low, high = max(value - intervals.NORMAL_95 * of_u, 0.0), value + intervals.NORMAL_95 * of_u
     yield Value(f"{candidate.name}.amplitude", value, of_u, unit, low, high)
@@ -264,7 +270,9 @@ def _separations(judged: Judged, subject: Subject) -> Iterator[Separation]:
             continue
         for name in group:
             candidate, fit = subject.candidates[name], _fit_with(judged, name)
-            values = list(_values(fit, candidate, judged.misfit, named=False))[:1] if fit is not None else []
+            values = (
+                list(_values(fit, candidate, noise_of(judged, subject), named=False))[:1] if fit is not None else []
+            )
             text, plain = (
                 "it would have to show {name} = {value:.3g} {unit}",
                 "it would have to show {name} = {value:.3g}",

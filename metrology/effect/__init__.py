@@ -305,6 +305,8 @@ class Cause:
         Why the method's own readings cannot test it.
     law : str
         What it is one law of, such as softening: of several laws of one thing a model carries one.
+    beside : str
+        Cause without which it is not tried, since it would be the same by itself: a second one of a kind.
     equivalent : tuple of str and callable, optional
         Cause with the same equations, and the values of its sizes from those of this one and the scales.
     spectral : str
@@ -335,6 +337,7 @@ class Cause:
     reading: Callable[..., Array] | None = None
     alone: str = ""
     law: str = ""
+    beside: str = ""
     equivalent: tuple[str, Callable[[Scales, Scales], Mapping[str, float]]] | None = None
     spectral: str = ""
     exact: bool = False

@@ -40,11 +40,21 @@ def read(module: ModuleType) -> Effect:
 def _discovered() -> tuple[Effect, ...]:
     names = sorted(one.name for one in pkgutil.iter_modules(__path__))
     effects = [read(importlib.import_module(f"{__name__}.{name}")) for name in names]
-    found = list(_twice(effects))
+    found = [*_twice(effects), *_beside_nothing(effects)]
     if found:
         raise MetrologyError(*found)
     # What acts on readings alone comes last: another one then leaves the places of all that the motion knows.
     return tuple(sorted(effects, key=lambda one: (bool(one.readings) or not one.parameters, one.name)))
+
+
+def _beside_nothing(effects: list[Effect]) -> Iterator[Fault]:
+    every = [(effect, cause) for effect in effects for cause in effect.causes]
+    known = {(cause.method, cause.name) for _, cause in every}
+    for effect, cause in every:
+        if cause.beside and (cause.method, cause.beside) not in known:
+            yield Fault(
+                f"{effect.name}.py: causes", f"to be tried with '{cause.beside}'", f"the name of a cause of '{cause.method}'"
+            )
 
 
 def _twice(effects: list[Effect]) -> Iterator[Fault]:

@@ -31,17 +31,18 @@ FRAME, FRAME_RATE, FRAME_DAMPING = (INDEX[f"frame.{name}"] for name in ("complia
 ARM, INERTIA, YAW_RATE, YAW_DAMPING = (INDEX[f"yaw.{name}"] for name in ("arm", "inertia", "frequency", "damping"))
 APPENDAGE, APPENDAGE_RATE, APPENDAGE_DAMPING = (INDEX[f"appendage.{name}"] for name in (
     "mass", "frequency", "damping"))
-ZENER, ZENER_TIME, HYSTERESIS, YIELD, SAG = (INDEX[name] for name in (
-    "zener.stiffness", "zener.time", "hysteresis.stiffness", "hysteresis.yield", "sag.weight"))
+ZENER, ZENER_TIME, SECOND, SECOND_TIME = (INDEX[name] for name in (
+    "zener.stiffness", "zener.time", "second_branch.stiffness", "second_branch.time"))
+HYSTERESIS, YIELD, SAG = INDEX["hysteresis.stiffness"], INDEX["hysteresis.yield"], INDEX["sag.weight"]
 GAIN, LAG, DELAY, FADING = (INDEX[f"thrust.{name}"] for name in ("gain", "lag", "delay", "fading"))
 CLOCK_X, CLOCK_V, CLOCK_T = (INDEX[f"clock.{channel}"] for channel in "xvT")
 STOP, STOP_AT = INDEX["stop.stiffness"], INDEX["stop.gap"]
 START_X, START_V = INDEX["start.x"], INDEX["start.v"]
 # Positions in the state. X is measured from where the line is taut. What a rig lacks points at NOTHING, which is 0.
-X, V, NOTHING, SIZE = 0, 1, 12, 13
-# Positions of the other states, kept in the table `at`: frame u, u′, yaw r·φ, r·φ′, appendage y, y′, Zener z, loop h,
-# lagged thrust, and the time, where a term asks for it.
-FRAME_U, FRAME_V, YAW_U, YAW_V, APPENDAGE_U, APPENDAGE_V, RELAXED, LOOP, THRUST, TIME = range(10)
+X, V, NOTHING, SIZE = 0, 1, 13, 14
+# Positions of the other states, kept in the table `at`: frame u, u′, yaw r·φ, r·φ′, appendage y, y′, relaxing branches
+# z, z_b, loop h, lagged thrust, and the time, where a term asks for it.
+FRAME_U, FRAME_V, YAW_U, YAW_V, APPENDAGE_U, APPENDAGE_V, RELAXED, RELAXED_B, LOOP, THRUST, TIME = range(11)
 # What the rig is like: the table `kind`.
 ATTACHMENT, WEIGHS, N, TOGETHER = range(4)
 TETHER, BOTH_WAYS, NO_LINE = range(3)
@@ -135,17 +136,25 @@ def shallow(e, k, q, s, x):
     return third - 2.0 * third * math.cos(math.acos(1.0 + rest / cube) / 3.0 - THIRD_TURN)
 
 
-def stretch(e, z, h, r, p):
-    """Elongation ε of the line, its static tension T and dε/de: e = ε − s·(1 − asinh(w)/w) + C·T, w = q·s/(2·T)."""
-    k, k1, compliance = p[K], p[ZENER], p[SETUP]
+def relaxed(y, p, at):
+    """Force that the relaxing branches have lost: k₁·z + k_b·z_b."""
+    return p[ZENER] * y[at[RELAXED]] + p[SECOND] * y[at[RELAXED_B]]
+
+
+def stretch(e, lost, h, r, p):
+    """Elongation ε of the line, its static tension T and dε/de: e = ε − s·(1 − asinh(w)/w) + C·T, w = q·s/(2·T).
+
+    `lost` is the force that the relaxing branches have lost.
+    """
+    k, compliance = p[K], p[SETUP]
     a, b = 0.0, k
     if p[TOE] > 0.0:
         if r[TOE_SIDE] == 0:
             b = p[TOE_RATIO] * k
         else:
             a = -r[TOE_SIDE] * (1.0 - p[TOE_RATIO]) * k * p[TOE]
-    a = a - k1 * z + p[HYSTERESIS] * h
-    b = b + k1
+    a = a - lost + p[HYSTERESIS] * h
+    b = b + p[ZENER] + p[SECOND]
     sags, adds = p[SAG] > 0.0, has_tension(p)
     if not sags and not adds:
         share = 1.0 / (1.0 + compliance * b)
@@ -185,9 +194,9 @@ def excess(y, at):
 
 
 def pull(y, r, p, at):
-    """Tension that a taut line has: T = g(ε) + k₁·(ε − z) + k_h·h + (c·ε′ + d(ε, ε′))·dε/de, ε′ = dε/de·e′."""
+    """Tension that a taut line has: T = g(ε) + Σ k_i·(ε − z_i) + k_h·h + (c·ε′ + d(ε, ε′))·dε/de, ε′ = dε/de·e′."""
     e, rate = excess(y, at)
-    epsilon, force, share = stretch(e, y[at[RELAXED]], y[at[LOOP]], r, p)
+    epsilon, force, share = stretch(e, relaxed(y, p, at), y[at[LOOP]], r, p)
     return force + p[C] * share**2 * rate + share * added_damping(epsilon, share * rate, r, p)
 
 
@@ -260,15 +269,16 @@ def motion(y, thrust, r, p, kind, at, dy):
     dy[at[APPENDAGE_V]] = -dy[V] - omega**2 * u - 2.0 * p[APPENDAGE_DAMPING] * omega * du
     if p[LAG] > 0.0:
         dy[at[THRUST]] = (thrust - y[at[THRUST]]) / p[LAG]
-    if at[RELAXED] == NOTHING and at[LOOP] == NOTHING:
+    if at[RELAXED] == NOTHING and at[RELAXED_B] == NOTHING and at[LOOP] == NOTHING:
         return T
-    z, h = y[at[RELAXED]], y[at[LOOP]]
+    h = y[at[LOOP]]
     epsilon, speed = 0.0, 0.0
     if r[CONTACT] != BELOW:
         e, rate = excess(y, at)
-        epsilon, _, share = stretch(e, z, h, r, p)
+        epsilon, _, share = stretch(e, relaxed(y, p, at), h, r, p)
         speed = share * rate
-    dy[at[RELAXED]] = (epsilon - z) / p[ZENER_TIME]
+    dy[at[RELAXED]] = (epsilon - y[at[RELAXED]]) / p[ZENER_TIME]
+    dy[at[RELAXED_B]] = (epsilon - y[at[RELAXED_B]]) / p[SECOND_TIME]
     yielded = 0.0
     if r[TURN_SIDE] == r[LOOP_SIDE]:
         yielded = r[LOOP_SIDE] * h / p[YIELD]
@@ -308,7 +318,7 @@ def watch(y, thrust, r, p, kind, at, g):
     if contact == BELOW:
         return
     if p[TOE] > 0.0:
-        epsilon = stretch(e, y[at[RELAXED]], y[at[LOOP]], r, p)[0]
+        epsilon = stretch(e, relaxed(y, p, at), y[at[LOOP]], r, p)[0]
         if r[TOE_SIDE] == 0:
             g[W_TOE] = p[TOE] - epsilon
             if not tether:
@@ -436,8 +446,8 @@ def begin(y, thrust, r, p, kind, at, x0, v0):
         T, epsilon = 0.0, e
         for _ in range(200):  # the series of springs at rest: bisection-free, since each pass contracts
             epsilon, force, share = stretch(e - soft * T, 0.0, 0.0, r, p)
-            if p[ZENER] > 0.0:  # fully relaxed: the branch carries nothing
-                force = force - p[ZENER] * epsilon
+            # Fully relaxed: the branches carry nothing.
+            force = force - (p[ZENER] + p[SECOND]) * epsilon
             slope = (p[K] + added_slope(epsilon, p)) * share
             change = (force - T) / (1.0 + soft * slope)
             T += change
@@ -449,6 +459,7 @@ def begin(y, thrust, r, p, kind, at, x0, v0):
         if p[ARM] != 0.0 and p[YAW_RATE] > 0.0:
             y[at[YAW_U]] = p[ARM] ** 2 / (p[INERTIA] * p[YAW_RATE] ** 2) * T
         y[at[RELAXED]] = epsilon
+        y[at[RELAXED_B]] = epsilon
     y[at[THRUST]] = 0.0
     y[NOTHING] = 0.0
     touch(y, r, p, kind, at)
@@ -502,7 +513,7 @@ def assemble(r, p, kind, at, A, W, rows):
 
 def fastest(r, p, kind):
     """Bound on the angular frequency of the regime, rad/s."""
-    k = p[K] * max(1.0, p[TOE_RATIO] if p[TOE] > 0.0 else 1.0) + p[ZENER] + p[HYSTERESIS]
+    k = p[K] * max(1.0, p[TOE_RATIO] if p[TOE] > 0.0 else 1.0) + p[ZENER] + p[SECOND] + p[HYSTERESIS]
     if kind[ATTACHMENT] == NO_LINE or r[CONTACT] != STRETCHED:
         k = 0.0
     rate = (k + max(added_stiffness(p), 0.0) + p[STOP] * r[TOUCHED]) / (p[M] - p[APPENDAGE])
@@ -1081,7 +1092,8 @@ def misfit(y, new, largest, h, n, at, pair, stages):
         if i == at[THRUST] or i == at[TIME]:  # exact
             continue
         scale = largest[i]
-        if i == at[FRAME_U] or i == at[YAW_U] or i == at[APPENDAGE_U] or i == at[RELAXED] or i == at[LOOP]:
+        line = i == at[RELAXED] or i == at[RELAXED_B] or i == at[LOOP]
+        if line or i == at[FRAME_U] or i == at[YAW_U] or i == at[APPENDAGE_U]:
             scale = max(scale, largest[X])
         elif i == at[FRAME_V] or i == at[YAW_V] or i == at[APPENDAGE_V]:
             scale = max(scale, largest[V])

@@ -23,7 +23,7 @@ _NULLS = np.array([NONE if one.null is None else one.null for one in PARAMETERS.
 _CLOCKS = [kernel.CLOCK_X, kernel.CLOCK_V, kernel.CLOCK_T]
 _CURVED = [INDEX[name] for effect in EFFECTS for name in hooks.sizes(effect, curved=True)]
 _STATES = [*([place] for place in (kernel.FRAME, kernel.FRAME, kernel.ARM, kernel.ARM, kernel.APPENDAGE,
-                                   kernel.APPENDAGE, kernel.ZENER, kernel.HYSTERESIS, kernel.LAG)),
+                                   kernel.APPENDAGE, kernel.ZENER, kernel.SECOND, kernel.HYSTERESIS, kernel.LAG)),
            [INDEX[name] for name in hooks.timed()]]  # fmt: skip
 """For each inner state the parameters that call for it, in the order of `kernel.FRAME_U` and so on."""
 _READS = [INDEX[name] for name in SILENT]

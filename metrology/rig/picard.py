@@ -87,7 +87,7 @@ def follow(rig: Rig, run: Run, solve: Solve) -> Motion:
 
 
 def _step(rig: Rig, length: float) -> float:
-    k = rig.k + rig.value("zener.stiffness") + rig.value("hysteresis.stiffness")
+    k = rig.k + sum(rig.value(f"{name}.stiffness") for name in ("zener", "second_branch", "hysteresis"))
     omega = math.sqrt(k / (rig.m * rig.value("mass.factor")))
     return max(min(LONGEST, STEP / omega if omega > 0 else LONGEST), length / MOST)
 

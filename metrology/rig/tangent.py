@@ -22,11 +22,11 @@ from metrology.rig.kernel import (  # isort: skip - in the kernel's own order
     M, K, TAUT, LAG, DELAY, SLIP, CLOCK_X, CLOCK_V, CLOCK_T, START_X, START_V, LENGTH, SAG, STATIC_RATIO, GAIN, FADING,
     X, V, SIZE, FIRST,
     BELOW, STRETCHED, CONTACT,
-    FRAME_U, FRAME_V, YAW_U, YAW_V, APPENDAGE_U, APPENDAGE_V, RELAXED, LOOP, THRUST,
+    FRAME_U, FRAME_V, YAW_U, YAW_V, APPENDAGE_U, APPENDAGE_V, RELAXED, RELAXED_B, LOOP, THRUST,
     N, TOGETHER, SLIDE, HELD, SLIPPED, REGIME, WATCHED,
     FORCE, KEPT, BLOCK, NODES, BEFORE, SINCE, SPAN, PUSH, GROWTH, ENDING, PIECE, PART, STATE, RULES,
     assemble, begin, copy, excess, fastest, fine, first_size, growth, is_dense, is_linear, lagrange, make_dense, misfit,
-    motion, reach, read_dense, regime_code, stretch, take_step, thrust_at, uneven, watch, window,
+    motion, reach, read_dense, regime_code, relaxed, stretch, take_step, thrust_at, uneven, watch, window,
 )  # fmt: skip
 
 STAMPS = -1
@@ -54,7 +54,7 @@ def extent(legs, p, at, n):
     if p[K] > 0.0:
         largest[X] = max(largest[X], largest[V] * (p[M] / p[K]) ** 0.5)
         largest[V] = max(largest[V], largest[X] * (p[K] / p[M]) ** 0.5)
-    for i in (at[FRAME_U], at[YAW_U], at[APPENDAGE_U], at[RELAXED], at[LOOP]):
+    for i in (at[FRAME_U], at[YAW_U], at[APPENDAGE_U], at[RELAXED], at[RELAXED_B], at[LOOP]):
         largest[i] = max(largest[i], largest[X])
     for i in (at[FRAME_V], at[YAW_V], at[APPENDAGE_V]):
         largest[i] = max(largest[i], largest[V])
@@ -150,7 +150,7 @@ def faint_pull(y, F, r, p, kind, at, dy):
     held = y[X]
     y[X] -= max(excess(y, at)[0] + 1e-15 * p[LENGTH], 0.0)  # the last digit at the contact is no stretch
     r[CONTACT], p[SAG] = STRETCHED, FAINT
-    T = stretch(excess(y, at)[0], y[at[RELAXED]], y[at[LOOP]], r, p)[1] / FAINT
+    T = stretch(excess(y, at)[0], relaxed(y, p, at), y[at[LOOP]], r, p)[1] / FAINT
     p[SAG] = 1.0
     pulled = motion(y, F, r, p, kind, at, dy)
     r[CONTACT], p[SAG], y[X] = BELOW, 0.0, held

@@ -17,8 +17,8 @@ NULLS = {
     "mass.factor": 1, "free_length.shift": 0, "friction.force": 0, "friction.static_ratio": 1, "friction.bias": 0,
     "drag.viscous": 0, "drag.quadratic": 0, "tilt.angle": 0, "setup.compliance": 0, "frame.compliance": 0,
     "frame.frequency": 1190, "frame.damping": 0.02, "cubic.stiffness": 0, "toe.extent": 0, "toe.ratio": 0.5,
-    "zener.stiffness": 0,
-    "zener.time": 1, "damping.amplitude": 0, "hysteresis.stiffness": 0, "hysteresis.yield": 1e-3, "sag.weight": 0,
+    "zener.stiffness": 0, "zener.time": 1, "second_branch.stiffness": 0, "second_branch.time": 1,
+    "damping.amplitude": 0, "hysteresis.stiffness": 0, "hysteresis.yield": 1e-3, "sag.weight": 0,
     "thrust.gain": 1, "thrust.lag": 0, "thrust.delay": 0, "thrust.fading": 0,
     "slip.set": 0, "yaw.arm": 0, "yaw.inertia": 1,
     "yaw.frequency": 0.5, "yaw.damping": 0.02, "cell.gain": 1, "cell.zero": 0, "cell.drift": 0, "motion.scale": 1,
@@ -41,7 +41,7 @@ class Reference:
         self.taut = taut + self.e["free_length.shift"]
         self.line, self.length, self.weight, self.eq3, self.cap, self.g = line, length, weight, eq3, cap, g
 
-    # states: x, v, u, u', phi, phi', z, h, F, and of the appendage where it is in space: X + y, and its rate
+    # states: x, v, u, u', phi, phi', z, h, F, of the appendage where it is in space: X + y, and its rate; z_b
     def elastic(self, epsilon, z, h):
         """Static tension of the material."""
         e, size = self.e, abs(epsilon)
@@ -54,12 +54,13 @@ class Reference:
             + (self.k * (math.sin(kappa * epsilon) / kappa - epsilon) if kappa else 0.0)
             + e["even.stiffness"] * epsilon**2
             + e["cubic.stiffness"] * epsilon**3
-            + e["zener.stiffness"] * (epsilon - z)
+            + e["zener.stiffness"] * (epsilon - z[0])
+            + e["second_branch.stiffness"] * (epsilon - z[1])
             + e["hysteresis.stiffness"] * h
         )
 
     def strain(self, excess, z, h):
-        """ε and dε/de, by root finding."""
+        """ε and dε/de, by root finding; z of both branches."""
         C, q = self.e["setup.compliance"], self.e["sag.weight"]
         if q == 0 and C == 0:
             return excess, 1.0
@@ -78,12 +79,13 @@ class Reference:
             low, high = 1e-14, max(excess, 0.0) + 10 * (q**2 * s**3 / 24 / self.k**2) ** (1 / 3)
         epsilon = brentq(miss, low, high, xtol=1e-18, rtol=1e-15)
         d = 1e-6 * max(abs(epsilon), 1e-9)
+        branches = self.e["zener.stiffness"] + self.e["second_branch.stiffness"]
         slope = (self.elastic(epsilon + d, z, h) - self.elastic(epsilon - d, z, h)) / (2 * d)
         if self.e["toe.extent"] > 0:
             inside = abs(epsilon) < self.e["toe.extent"]
-            slope = self.k * (self.e["toe.ratio"] if inside else 1.0) + self.e["zener.stiffness"]
+            slope = self.k * (self.e["toe.ratio"] if inside else 1.0) + branches
         elif not any(self.e[name] for name in ("cubic.stiffness", "even.stiffness", "sine.rate")):
-            slope = self.k + self.e["zener.stiffness"]
+            slope = self.k + branches
         T = self.elastic(epsilon, z, h)
         longer = s / math.hypot(T, q * s / 2) - span(T) / T if q else 0.0  # −d(span)/dT
         return epsilon, 1 / (1 + (C - longer) * slope)
@@ -94,11 +96,11 @@ class Reference:
 
     def taut_pull(self, y):
         excess, rate = self.geometry(y)
-        epsilon, share = self.strain(excess, y[6], y[7])
+        epsilon, share = self.strain(excess, y[[6, 11]], y[7])
         damping = self.c + self.e["damping.amplitude"] * abs(epsilon)
         quadratic = self.e["line_damping.quadratic"] * share**3 * rate * abs(rate)
         outward = self.e["asymmetric_damping.outward"] * share**2 * max(rate, 0.0)
-        return self.elastic(epsilon, y[6], y[7]) + damping * share**2 * rate + quadratic + outward
+        return self.elastic(epsilon, y[[6, 11]], y[7]) + damping * share**2 * rate + quadratic + outward
 
     def tension(self, y, contact):
         if self.line == "none":
@@ -129,7 +131,7 @@ class Reference:
 
     def rhs(self, t, y, contact, slide, thrust):
         thrust *= 1 - self.e["thrust.fading"] * (t - self.begun)
-        e, out = self.e, np.zeros(11)
+        e, out = self.e, np.zeros(12)
         if slide != 0:
             held = (slide + e["friction.bias"]) * e["friction.force"]
             rigid = self.m - e["appendage.mass"]
@@ -144,9 +146,10 @@ class Reference:
         excess, rate = self.geometry(y)
         epsilon, speed = 0.0, 0.0
         if contact != "below":
-            epsilon, share = self.strain(excess, y[6], y[7])
+            epsilon, share = self.strain(excess, y[[6, 11]], y[7])
             speed = share * rate
         out[6] = (epsilon - y[6]) / e["zener.time"] if e["zener.stiffness"] else 0.0
+        out[11] = (epsilon - y[11]) / e["second_branch.time"] if e["second_branch.stiffness"] else 0.0
         h = y[7]
         if e["hysteresis.stiffness"]:
             out[7] = speed * (1 - 0.5 * (1 + np.sign(speed * h)) * abs(h / e["hysteresis.yield"]))
@@ -179,7 +182,11 @@ class Reference:
         if contact != "below":
             if e["toe.extent"]:
                 found.append(
-                    ("toe", lambda t, y: abs(self.strain(self.geometry(y)[0], y[6], y[7])[0]) - e["toe.extent"], 0)
+                    (
+                        "toe",
+                        lambda t, y: abs(self.strain(self.geometry(y)[0], y[[6, 11]], y[7])[0]) - e["toe.extent"],
+                        0,
+                    )
                 )
             if e["hysteresis.stiffness"]:
                 found += [("kink", lambda t, y: self.geometry(y)[1], 0), ("kink", lambda t, y: y[7], 0)]
@@ -215,7 +222,7 @@ class Reference:
         def miss(T):
             y[2], y[4] = soft[0] * T, soft[1] * T
             left = self.geometry(y)[0]
-            return self.elastic(self.strain(left, left, 0.0)[0], left, 0.0) - T
+            return self.elastic(self.strain(left, (left, left), 0.0)[0], (left, left), 0.0) - T
 
         if any(soft):
             most = 1.1 * self.k * abs(y[0] - self.taut)
@@ -227,7 +234,7 @@ class Reference:
         wanted = [np.asarray(t) - e[f"clock.{name}"] for name in "xvT"]
         outs = [np.full(len(t), np.nan) for _ in range(3)]
         now, end = 0.0, max(w[-1] for w in wanted)
-        y = np.zeros(11)
+        y = np.zeros(12)
         y[0], y[1] = x0 + e["start.x"], v0 + e["start.v"]
         self.x0, y[10] = y[0], y[1]  # the appendage at rest on the module
         self.begun = edges[0][0] + e["thrust.delay"] if edges else 0.0
@@ -237,7 +244,7 @@ class Reference:
         contact = self.touch(y)
         if contact != "below":
             self.settle(y)
-            y[6] = self.geometry(y)[0]
+            y[6] = y[11] = self.geometry(y)[0]
         slide = self.grip(y, contact, thrust)
         events = []
         for _ in range(most):
