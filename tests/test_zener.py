@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from truth_relaxation import Held, record
 
 from metrology import chain
 from metrology.campaign.load import load
+from metrology.chain import zener
 
 pytestmark = pytest.mark.long
 
@@ -132,3 +134,16 @@ def test_limit_a_time_that_the_hold_does_not_resolve_is_not_compared(findings):
 def test_limit_another_sample_is_not_compared(findings):
     assert not compared(findings, "elsewhere")
     assert not [one for one in findings.warnings if "Zener" in one and "elsewhere" in one]
+
+
+def test_closed_form_parts_of_two_branches(monkeypatch):
+    """What is faster has relaxed: its stiffness is no part of what the slower branch takes its part of."""
+    values = {"k": (50.0, 0.1), "zener.stiffness": (8.0, 0.2), "zener.time": (4.0, 0.05),
+              "second_branch.stiffness": (12.0, 0.3), "second_branch.time": (0.25, 0.01)}  # fmt: skip
+    estimates = {f"pull.{name}": SimpleNamespace(reported=pair) for name, pair in values.items()}
+    monkeypatch.setattr(zener, "correlation", lambda *_: 0.0)
+    slow, fast = zener._elements(SimpleNamespace(estimates=estimates), "pull")
+    assert (slow.time, slow.part) == (4.0, pytest.approx(8 / 58))
+    assert (fast.time, fast.part) == (0.25, pytest.approx(12 / 70))
+    assert slow.part_u == pytest.approx(np.hypot(50 * 0.2, 8 * 0.1) / 58**2)
+    assert fast.part_u == pytest.approx(np.linalg.norm([58 * 0.3, 12 * 0.1, 12 * 0.2]) / 70**2)

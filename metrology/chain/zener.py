@@ -1,10 +1,13 @@
-"""What a response test finds as Zener relaxation, beside what a held elongation of the same sample shows."""
+"""What a response test finds as relaxation, beside what a held elongation of the same sample shows."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import hypot, isfinite, log
+from itertools import product
+from math import isfinite, log
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from metrology.chain.across import correlation, loading
 from metrology.message import said
@@ -17,18 +20,16 @@ if TYPE_CHECKING:
 
 
 def pairs(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> Iterator[tuple[Relaxing, Relaxing]]:
-    """Each Zener element with the relaxation of its sample that is nearest in ln τ, by each held elongation.
+    """Each relaxing branch with the relaxation of its sample that is nearest in ln τ, by each held elongation.
 
     Where the record of this does not resolve such a time, there is nothing to compare: a sentence says so.
     """
     held = [(test.id, known) for test in plan.tests
             if (known := loading(campaign, plan, evaluation, test.id)).resolved is not None]  # fmt: skip
     for test in plan.tests:
-        element = _element(evaluation, test.id)
-        for name, known in held if element is not None else ():
+        for element, (name, known) in product(_elements(evaluation, test.id), held):
             if campaign.tests[name].sample != campaign.tests[test.id].sample:
                 continue
-            assert element is not None
             assert known.resolved is not None
             low, high = known.resolved
             if not low <= element.time <= high:
@@ -44,15 +45,27 @@ def pairs(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> Iterator[tu
                 yield element, min(known.relaxing, key=lambda one: abs(log(one.time / element.time)))
 
 
-def _element(evaluation: Evaluation, test: str) -> Relaxing | None:
-    """Time, and part k₁/(k + k₁), of the Zener element of a test's model; None where it has none that relaxes."""
-    names = [f"{test}.{one}" for one in ("k", "zener.stiffness", "zener.time")]
-    if any(name not in evaluation.estimates for name in names):
-        return None
-    (k, u_k), (k_1, u_1), (time, u_time) = (evaluation.estimates[name].reported for name in names)
-    if not all(isfinite(one) for one in (k, u_k, k_1, u_1, time, u_time)) or not min(k, k_1, time) > 0:
-        return None
-    by_k, by_1 = -k_1 / (k + k_1) ** 2 * u_k, k / (k + k_1) ** 2 * u_1
-    shared = 2 * correlation(evaluation, names[0], names[1]) * by_k * by_1
-    u = max(hypot(by_k, by_1) ** 2 + shared, 0.0) ** 0.5
-    return Relaxing(said("Zener element of {test}", test=test), time, u_time, k_1 / (k + k_1), u)
+def _elements(evaluation: Evaluation, test: str) -> Iterator[Relaxing]:
+    """Time, and part k_i/(k + Σ k_j over τ_j ≥ τ_i), of each relaxing branch of a test's model."""
+    known = evaluation.estimates
+    words = {
+        "zener": said("Zener element of {test}", test=test),
+        "second_branch": said("second relaxing branch of {test}", test=test),
+    }
+    found = [name for name in words if {f"{test}.{name}.stiffness", f"{test}.{name}.time"} <= known.keys()]
+    names = [f"{test}.k", *(f"{test}.{name}.stiffness" for name in found)]
+    if not found or names[0] not in known:
+        return
+    k, u = np.array([known[name].reported for name in names]).T
+    if not (np.isfinite(u).all() and (k > 0).all()):
+        return
+    r = np.array([[1.0 if a == b else correlation(evaluation, a, b) for b in names] for a in names])
+    times = [known[f"{test}.{name}.time"].reported for name in found]
+    for at, (name, (time, u_time)) in enumerate(zip(found, times, strict=True), start=1):
+        # As of a hold: what is faster has relaxed, and is no part of the stiffness that is left.
+        left = np.array([True, *(other >= time for other, _ in times)])
+        total = float(k[left].sum())
+        slope = u * left * ((np.arange(len(k)) == at) / total - k[at] / total**2)
+        if isfinite(u_time) and time > 0:
+            part, u_part = float(k[at]) / total, max(float(slope @ r @ slope), 0.0) ** 0.5
+            yield Relaxing(words[name], time, u_time, part, u_part)

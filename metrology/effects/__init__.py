@@ -53,7 +53,9 @@ def _beside_nothing(effects: list[Effect]) -> Iterator[Fault]:
     for effect, cause in every:
         if cause.beside and (cause.method, cause.beside) not in known:
             yield Fault(
-                f"{effect.name}.py: causes", f"to be tried with '{cause.beside}'", f"the name of a cause of '{cause.method}'"
+                f"{effect.name}.py: causes",
+                f"to be tried with '{cause.beside}'",
+                f"the name of a cause of '{cause.method}'",
             )
 
 
