@@ -191,8 +191,9 @@ def test_law_every_cause_of_a_response_test_is_tried() -> None:
 
 @pytest.mark.parametrize("one", table("elongation").values(), ids=lambda one: one.name)
 def test_law_every_cause_of_an_elongation_test_adds_to_its_readings(one: Candidate) -> None:
-    loads = np.tile([10.0, 20.0, 30.0, 30.0, 20.0, 10.0], 2)
-    seen = Readings(loads, np.tile(np.arange(6.0), 2), np.tile([0.0, 0, 0, 1, 1, 1], 2), np.repeat([0, 1], 6))
+    up, back, repeat = 10.0 * np.arange(1, 7), np.repeat([0.0, 1.0], 6), np.repeat([0, 1], 12)
+    loads = np.tile(np.concatenate([up, up[::-1]]), 2)
+    seen = Readings(loads, np.tile(np.arange(12.0), 2), np.tile(back, 2), repeat, 2.2e-5 * loads + 1e-5 * repeat)
     shapes = one.shapes(seen, ())
     assert shapes
     assert one.amount(seen) > 0

@@ -20,13 +20,16 @@ class Stretched:
 
     `creep` / 1: part of the extension that comes with ln(1 + t/min) after each load; `slip` / m at reading `where`;
     `toe` / m of slack that is pulled straight, gone as exp(−F/F₀), F₀ a sixth of the largest load; `curvature` /
-    (1/N): x = F/k·(1 + curvature·F); `backlash` / m; `compliance` / (m/N) of the frame; `drift` / (m/min);
+    (1/N): x = F/k·(1 + curvature·F); `knee` / m at the largest load: from 0.55 of it on; `yields` / m:
+    the same of the highest load so far in a repeat; `backlash` / m; `compliance` / (m/N) of
+    the frame; `drift` / (m/min);
     `parting` / N, initial tension of a close-wound spring, whose coils part one after the other over a third of it;
     `misread` / m at reading `where`; `mounting` / (m/N): compliance that goes with a sine of the repeat's number. In
     nobody's table: `screw` / m, periodic error of the screw, 0.5 mm a turn; `gain` / 1, step of the indicator's scale
     from the third repeat on; `swapped`: two loads hung in each other's place in one repeat, with their difference in
     part; `sway` / m: goes with the load squared, every other repeat; `lag` / m by which a spindle stays behind, on the
-    way up and down, from half of the largest load on, in the first and third repeat.
+    way up and down, from half of the largest load on, in the first and third repeat; `swing` / m: a sine of the order,
+    0.8 of the test long.
     """
 
     k: float = 24734.25
@@ -45,6 +48,8 @@ class Stretched:
     curvature: float = 0.0
     backlash: float = 0.0
     parting: float = 0.0
+    knee: float = 0.0
+    yields: float = 0.0
     compliance: float = 0.0
     drift: float = 0.0
     misread: float = 0.0
@@ -54,6 +59,7 @@ class Stretched:
     swapped: float = 0.0
     sway: float = 0.0
     lag: float = 0.0
+    swing: float = 0.0
 
 
 EFFECTS = ("creep", "slip", "toe", "curvature", "backlash", "drift", "misread", "mounting")
@@ -98,6 +104,11 @@ def exact(one: Stretched) -> np.ndarray:
     pulled = width * np.logaddexp(0.0, (hung - one.parting) / width) if width else hung
     x = pulled / one.k * (1 + one.curvature * hung) + one.compliance * hung
     x = x + one.toe * (1 - np.exp(-6 * hung / most))
+    anew = np.array([repeat for repeat, _, _ in rows])
+    highest = np.concatenate([np.maximum.accumulate(hung[anew == repeat]) for repeat in np.unique(anew)])
+    x = x + one.knee * np.maximum(hung / most - 0.55, 0.0) / 0.45
+    x = x + one.yields * np.maximum(highest / most - 0.55, 0.0) / 0.45
+    x = x + one.swing * np.sin(2 * np.pi * np.arange(len(rows)) / (0.8 * len(rows)))
     crept = np.zeros(len(rows))
     for at, (repeat, _, _) in enumerate(rows):
         begin = next(i for i, row in enumerate(rows) if row[0] == repeat)

@@ -21,7 +21,7 @@ NAMES: dict[str, tuple[str, ...]] = {
 }  # fmt: skip
 LATER = {
     "decay": {"asymmetric damping", "cubic reading", "hop", "quadratic reading", "stop"},
-    "elongation": {"hysteresis", "initial tension"},
+    "elongation": {"hysteresis", "initial tension", "periodic", "softening", "yield"},
     "response": {"appendage", "asymmetric damping", "hop", "hose", "thrust fading"},
 }
 """Names that this package has had since the table was frozen: they are unlisted here."""

@@ -12,12 +12,13 @@ from metrology import effect
 from metrology.diagnosis import Diagnosis, Missing, Picture
 from metrology.diagnostics.candidate import ELONGATION, Candidate, untested
 from metrology.diagnostics.engine import rank
-from metrology.diagnostics.laws import hats
+from metrology.diagnostics.laws import SMOOTH, hats, splines
 from metrology.diagnostics.own import added, declared
 from metrology.diagnostics.plain import STEP, Plain, Readings, Trial, binned
 from metrology.diagnostics.plain_pictures import of_elongation
 from metrology.diagnostics.scatter import scatter
 from metrology.diagnostics.subject import STRAIGHT, Array, Direction, Fit
+from metrology.effects.periodic import turns
 from metrology.elongation import ElongationTest
 from metrology.elongation.model import force
 from metrology.estimation import Unknown
@@ -33,8 +34,9 @@ MANY = 10
 seven a periodic error of the indicator had it together with three other faults."""
 ROUNDED = 1e-9
 """Part of the slope up to which those of the repeats differ by rounding alone."""
-ORDERS = 8
-"""Places over the order of reading at which an unlisted law has a size of its own."""
+PLACES = 1 + round(4 / min(SMOOTH))
+"""Places over the order of reading, or over the reading, at which an unlisted law has a size of its own: half of the
+shortest length apart over which such a law changes, so that it can be followed."""
 
 
 class Elongation:
@@ -47,7 +49,7 @@ class Elongation:
         self.test = test
         self.names = tuple(dict.fromkeys(reading.repeat for reading in used))
         self.loads = tuple(load.name for load in test.loads)
-        values = np.array([reading.value for reading in used])
+        shown = values = np.array([reading.value for reading in used])
         if test.correction is not None:
             given = {item.name: item.value for item in test.correction.inputs}
             values = np.asarray(test.correction.function(given, values), dtype=float)
@@ -66,7 +68,7 @@ class Elongation:
                   if np.ptp(self.force[rows]) > 0]  # fmt: skip
         between = float(np.std(slopes, ddof=1)) if len(slopes) == len(self.at) > 1 else 0.0
         self.between = between if between > ROUNDED * abs(self.slope) else 0.0
-        self.seen = effect.Readings(self.force, self.place, self.back, repeat)
+        self.seen = effect.Readings(self.force, self.place, self.back, repeat, _smoothed(shown, self.load, repeat))
         self.own = {one.name: one for one in own if one.reading}
         table = {name: _limited(one, self.seen) for name, one in ELONGATION.items()}
         self.candidates = table | {name: declared(one) for name, one in self.own.items()}
@@ -170,6 +172,9 @@ class Elongation:
             lacking["order"] = said(text)
         if len(np.unique(self.force)) < MANY:
             lacking["loads"] = said("it takes {count} loads at least", count=MANY)
+        if not turns(self.seen):
+            text = "no turn of a dial (1, 0.5, 0.2 or 0.1 mm) is within the range of the readings and holds two loads"
+            lacking["turns"] = said(text)
         if self.between == 0:
             lacking["repeats"] = said("it takes two repeats at least, each with two loads, whose slopes differ")
         return found | {
@@ -200,14 +205,18 @@ class Elongation:
         )  # fmt: skip
 
     def families(self, _fit: Fit) -> list[Direction]:
-        """Extension of any form: of load, of load and direction, of these in each repeat; of the order of reading."""
+        """Extension of any form: of load, of load and direction, of these in each repeat; of other single quantities.
+
+        These are the highest load so far (a set, whatever it follows), the order of reading (temperature), the reading
+        itself (the indicator).
+        """
         rows = np.concatenate(self.at)
-        order = np.linspace(-0.5, len(rows) - 0.5, ORDERS)
         whole: Array = np.ones(len(rows))
         loads = np.unique(self.force)
         by, back = self.force[rows], self.back[rows]
         acts = {"extension of load": whole}
-        if 0 < back.mean() < 1:
+        both_ways = 0 < back.mean() < 1
+        if both_ways:
             acts["extension of load and direction"] = back - 0.5
         found = [self._family(name, [(by, loads, one)]) for name, one in acts.items()]
         found[0] = replace(found[0], rough=True)
@@ -215,15 +224,23 @@ class Elongation:
             repeats = [np.isin(rows, own).astype(float) for own in self.at]
             found += [self._family(f"{name} that differs between repeats", [(by, loads, one * own) for own in repeats])
                       for name, one in acts.items()]  # fmt: skip
-        by_order = self._family("extension of order", [(np.arange(len(rows), dtype=float), order, whole)])
-        return [*found, replace(by_order, listed=STRAIGHT)]
+        if both_ways:
+            found.append(
+                self._family("extension of highest load", [(self.seen.highest(mounted=True)[rows], loads, whole)])
+            )
+        for name, one in (("order", np.arange(len(rows), dtype=float)), ("reading", self.seen.value[rows])):
+            places = np.linspace(one.min(), one.max(), min(PLACES, len(loads) if name == "reading" else len(rows)))
+            found.append(self._family(f"extension of {name}", [(one, places, whole)], smooth=True))
+        return [*found[:-2], *(replace(one, listed=STRAIGHT) for one in found[-2:])]
 
-    def _family(self, name: str, parts: Sequence[tuple[Array, Array, Array]]) -> Direction:
-        """Hats over what a law depends on (by reading, places, whether it acts), one part beside the other."""
+    def _family(
+        self, name: str, parts: Sequence[tuple[Array, Array, Array]], *, smooth: bool = False
+    ) -> Direction:  # fmt: skip
+        """Hats, or splines, over what a law depends on (by reading, places, whether it acts), part after part."""
         columns: list[Array] = []
         values: dict[str, float] = {}
         for number, (by, knots, acts) in enumerate(parts):
-            columns.append(hats(by, knots) * acts[:, None])
+            columns.append((splines if smooth else hats)(by, knots) * acts[:, None])
             values |= {f"{name} {number}@{at}": float(knot) for at, knot in enumerate(knots)}
         ends = np.cumsum([len(own) for own in self.at])[:-1]
         return Direction(name, values, self.u, tuple(np.split(-np.column_stack(columns), ends)), ways=tuple(values))
@@ -247,6 +264,12 @@ class Elongation:
             ("direction", "1"): self.back[rows],
         }
         return binned(said("missing {what}", what="extension"), "m", columns, residual, np.full(len(rows), self.u))
+
+
+def _smoothed(values: Array, load: Rows, repeat: Rows) -> Array:
+    """Readings by their load and the zero of their repeat alone: what is read is then no law of its own scatter."""
+    columns = np.hstack([np.eye(at.max() + 1)[at] for at in (load, repeat)])
+    return np.asarray(columns @ np.linalg.lstsq(columns, values, rcond=None)[0])
 
 
 def _limited(one: Candidate, seen: effect.Readings) -> Candidate:

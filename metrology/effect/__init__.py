@@ -19,7 +19,7 @@ PICTURES = ("force-velocity", "force-elongation", "loop", "delay", "spectrum", "
             "time")  # fmt: skip
 """What a cause may be plotted against; 'time': it has no picture of its own but residuals over time."""
 NEEDS = ("x", "v", "T", "motion", "thrust", "tether", "both ways", "length", "unloading", "repeats", "order", "loads",
-         "time", "rates")  # fmt: skip
+         "time", "rates", "turns")  # fmt: skip
 """What a test has to have for a cause."""
 BASE = ("m", "k", "c", "taut", "length", "weight", "gravity")
 ARGUMENTS = {
@@ -164,6 +164,8 @@ class Readings:
         1 when unloading, else 0.
     repeat : ndarray of int, shape (n,)
         Number of its repeat.
+    value : ndarray, shape (n,)
+        What the indicator showed at that load in that repeat / m, without its scatter.
     u : float
         Scatter of one reading / m.
     """
@@ -172,12 +174,22 @@ class Readings:
     order: Array
     back: Array
     repeat: NDArray[np.intp]
+    value: Array
     u: float = 1.0
 
     @property
     def most(self) -> float:
         """Largest force / N."""
         return float(np.abs(self.force).max())
+
+    def highest(self, *, mounted: bool) -> Array:
+        """Highest force so far / N, of the test or, where the sample is mounted anew for each, of the repeat."""
+        found = np.maximum.accumulate(self.force)
+        if mounted:
+            for repeat in np.unique(self.repeat):
+                rows = self.repeat == repeat
+                found[rows] = np.maximum.accumulate(self.force[rows])
+        return found
 
 
 @dataclass(frozen=True, eq=False)

@@ -40,6 +40,7 @@ EFFECT = Effect(
             advice="record temperature; read up and down at a steady pace",
             separate="an hour of readings at constant load, with the temperature",
             pictures=("order",), needs=("order",), amount=lambda seen: seen.u / 5, reading=reading,
+            law="yield or drift",
         ),
     ),
 )  # fmt: skip

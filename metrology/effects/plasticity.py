@@ -1,8 +1,11 @@
 """A specimen that yields: beyond a force it stretches more, and does not go back."""
 
+from collections.abc import Container
+
 import numpy as np
 
-from metrology.effect import INF, Cause, Effect, Pulled, Size
+from metrology.effect import INF, Cause, Effect, Pulled, Readings, Size, choice
+from metrology.effects import softening
 
 PARTS = (0.35, 0.5, 0.6, 0.7, 0.8, 0.9)
 """Forces F_y, as parts of the range of the forces, at which a search begins."""
@@ -21,6 +24,20 @@ def at(seen: Pulled, part: float) -> float:
     return least + part * (seen.most - least)
 
 
+def lasting(seen: Readings, force: float, kind: float):
+    """What the highest load so far is beyond F_y: in each repeat anew (0), or in all of the test (1).
+
+    Anew where each repeat is another mounting, or another specimen.
+    """
+    return np.maximum(seen.highest(mounted=round(kind) == 0) - force, 0.0)
+
+
+def knees(seen: Readings, among: Container[str]) -> list[dict[str, float]]:
+    """Between two loads, as a softening, of either kind."""
+    return [{"yield.force": one["softening.force"], "yield.kind": float(kind)}
+            for kind in range(2) for one in softening.places(seen, among)]  # fmt: skip
+
+
 EFFECT = Effect(
     name="plasticity",
     title="Yield of the specimen",
@@ -29,6 +46,23 @@ EFFECT = Effect(
     source="linear isotropic hardening: Simo & Hughes, Computational Inelasticity (1998), 1.2",
     acts="line",
     causes=(
+        Cause(
+            "elongation", "yield",
+            (
+                Size("yield.compliance", "m/N", 0.0, 0.0, INF, 1e-9),
+                Size("yield.force", "N", 1.0, 1e-3, 1e9, 1.0, True),
+                choice("yield.kind", 2),
+            ),
+            title="Yield, or slip of a clamp, above a load",
+            equation="x = … + a·max(F_m − F_y, 0), F_m the highest load so far",
+            sign="a knee in extension against load when loads are reached for the first time; what is beyond it stays",
+            consequence="k and E come out too small where the loads beyond F_y are used",
+            advice="end the range of loads below F_y; tighten the clamps",
+            separate="marks on the sample at the clamps and away from them; load again: what has yielded does not move",
+            pictures=("load",), needs=("unloading",), amount=lambda seen: seen.u / seen.most, shapes=knees,
+            limits=lambda seen: {"yield.force": softening.limits(seen)["softening.force"]},
+            reading=lasting, law="yield or drift",
+        ),
         Cause(
             "tension", "yield",
             (Size("yield.compliance", "m/N", 0.0, 0.0, INF, 1e-9),

