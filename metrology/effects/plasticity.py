@@ -32,10 +32,15 @@ def lasting(seen: Readings, force: float, kind: float):
     return np.maximum(seen.highest(mounted=round(kind) == 0) - force, 0.0)
 
 
-def knees(seen: Readings, among: Container[str]) -> list[dict[str, float]]:
-    """Between two loads, as a softening, of either kind."""
-    return [{"yield.force": one["softening.force"], "yield.kind": float(kind)}
-            for kind in range(2) for one in softening.places(seen, among)]  # fmt: skip
+def least(seen: Readings) -> float:
+    """Smallest F_y under dead loads: of one that nearly all loads are beyond, the set is a drift of each repeat."""
+    return float(seen.force.min() + WITHIN[0] * np.ptp(seen.force))
+
+
+def knees(seen: Readings, _among: Container[str]) -> list[dict[str, float]]:
+    """Between two loads, of either kind."""
+    return [{"yield.force": one, "yield.kind": float(kind)}
+            for kind in range(2) for one in softening.between(seen, least(seen))]  # fmt: skip
 
 
 EFFECT = Effect(
@@ -60,7 +65,7 @@ EFFECT = Effect(
             advice="end the range of loads below F_y; tighten the clamps",
             separate="marks on the sample at the clamps and away from them; load again: what has yielded does not move",
             pictures=("load",), needs=("unloading",), amount=lambda seen: seen.u / seen.most, shapes=knees,
-            limits=lambda seen: {"yield.force": softening.limits(seen)["softening.force"]},
+            limits=lambda seen: {"yield.force": softening.within(seen, least(seen))},
             reading=lasting, law="yield or drift",
         ),
         Cause(

@@ -1,11 +1,16 @@
 """A sample, or a clamp, that gives more from a load on and goes back the same way: a knee."""
 
-from collections.abc import Container
-
 import numpy as np
 
 from metrology.effect import INF, Cause, Effect, Readings, Size
-from metrology.effects.saturation import between
+from metrology.effects import saturation
+
+LEAST = 0.5
+"""Smallest knee over the largest load: k is that of the loads below it, and so of most of them.
+
+An initial tension is the same curve of load, with the k of the loads above. From 0.35 on, where that one ends, a spring
+whose coils part at 0.3 of the largest load (`tests/diagnostics/test_decay_elongation.py`) was the one or the other, and
+its u(k) a tenth of k."""
 
 
 def reading(seen: Readings, force: float):
@@ -13,15 +18,20 @@ def reading(seen: Readings, force: float):
     return np.maximum(seen.force - force, 0.0)
 
 
-def places(seen: Readings, _among: Container[str]) -> list[dict[str, float]]:
-    """Between two loads."""
-    return [{"softening.force": float(one)} for one in between(seen)]
+def between(seen: Readings, least: float) -> list[float]:
+    """Places of a knee between two loads, from such a force on; the last but one load where there is none."""
+    low, high = within(seen, least)
+    return [float(one) for one in saturation.between(seen) if low <= one <= high] or [high]
 
 
-def limits(seen: Readings) -> dict[str, tuple[float, float]]:
-    """Between the second load and the last but one: nearer to an end a larger compliance does the same, without end."""
+def within(seen: Readings, least: float) -> tuple[float, float]:
+    """From such a force, and the second load, to the last but one.
+
+    Nearer to an end a larger compliance does the same, without end.
+    """
     loads = np.unique(seen.force)
-    return {"softening.force": (float(loads[1]), float(loads[-2]))}
+    low = max(float(loads[:2][-1]), least)
+    return low, max(float(loads[-2:][0]), low)
 
 
 EFFECT = Effect(
@@ -41,8 +51,10 @@ EFFECT = Effect(
             consequence="k and E come out too small: they hold below F_k only",
             advice="end the range of loads below F_k, or state k on either side of it",
             separate="more loads about F_k; a mark on the sample at the clamp shows whether the clamp opens",
-            pictures=("load",), amount=lambda seen: seen.u / seen.most, shapes=places,
-            limits=limits, reading=reading, law="stiffness",
+            pictures=("load",), amount=lambda seen: seen.u / seen.most,
+            shapes=lambda seen, _: [{"softening.force": one} for one in between(seen, LEAST * seen.most)],
+            limits=lambda seen: {"softening.force": within(seen, LEAST * seen.most)},
+            reading=reading, law="stiffness",
         ),
     ),
 )  # fmt: skip
