@@ -542,12 +542,16 @@ def test_planted_fault_of_nobody_that_differs_by_direction_and_repeat_is_given_n
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(("material", "seed"), [("peek", 2), ("spectra", 1)])
+@pytest.mark.parametrize(("material", "seed"), [("al-1100", 1), ("peek", 2), ("spectra", 1)])
 def test_planted_periodic_error_of_a_screw_has_no_name_and_k_is_as_uncertain_as_such_errors_make_it(material, seed):
-    """At one load for several turns two or three listed effects follow it, each of any size, and k with them."""
+    """At six or seven loads two or three listed effects follow it, each of any size, and k with them."""
     screw = {"screw": size(material, "screw", 60)}
     found = elongation(stretched(material, seed, screw), rng=np.random.default_rng(seed))
-    assert (found.verdict, found.named, found.possible) == ("unexplained", (), ())
+    assert found.named == ()
+    # Over nearly a turn it leaves four numbers beside the line at six loads, which a knee with a toe, or with a wrong
+    # load, follows by three: these are possible. The loads of the others are several turns apart, and nothing is.
+    assert found.verdict == ("ambiguous" if material == "al-1100" else "unexplained")
+    assert material == "al-1100" or found.possible == ()
     assert found.supported is not None
     at, slope = found.supported.names.index("slope"), 1.0 / truth_elongation.MATERIALS[material].k
     assert abs(found.supported.values[at] - slope) < 3 * found.supported.u[at]

@@ -118,7 +118,7 @@ EXTRA = {
     "drift": lambda force, repeat, direction, order: 2e-6 * order,
 }
 TWINS = {"curvature": "softening"}
-"""What eight loads in even steps hardly part: a bend and a knee."""
+"""At eight loads a knee follows a bend to a third of a standard deviation of a reading: a group, the bend first."""
 
 
 def stretched(kind: str, seed: int):
@@ -143,8 +143,8 @@ def stretched(kind: str, seed: int):
 @pytest.mark.parametrize("kind", EXTRA)
 def test_planted_fault_of_an_elongation_is_named(kind):
     found = stretched(kind, 1)
-    assert (kind in found.possible) is (kind != "nothing")
-    assert set(found.possible) <= {kind, TWINS.get(kind, kind)}
+    possible = () if kind == "nothing" else (kind,)
+    assert found.possible in (possible, (*possible, TWINS.get(kind, kind)))
     assert next(cause for cause in found.causes if cause.effect == "frame").verdict == "not testable"
 
 
