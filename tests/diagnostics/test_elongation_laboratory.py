@@ -11,7 +11,7 @@ from metrology.diagnosis import Diagnosis
 from metrology.diagnostics import elongation
 from metrology.diagnostics.elongation import Elongation
 from metrology.effect import Readings
-from metrology.effects import periodic
+from metrology.effects import periodic, plasticity, softening
 
 SINGLE = {"load", "exchange", "misread"}
 """Faults of single loads or readings."""
@@ -75,3 +75,19 @@ def test_planted_swing_of_the_temperature_is_no_mounting(material: str, seed: in
     assert set(found.named) <= {"drift"}
     assert found.remainder is not None
     assert "order" in str(found.remainder.law)
+
+
+@pytest.mark.parametrize("count", [3, 4, 10])
+def test_limit_a_knee_lies_between_loads_that_show_it(count: int) -> None:
+    """A softening in the upper half, a yield from a quarter of the range on; neither beyond the last load but one."""
+    loads = np.arange(1.0, count + 1)
+    seen = Readings(loads, loads, 0 * loads, np.zeros(count, dtype=np.intp), 1e-4 * loads)
+    for least in (softening.LEAST * seen.most, plasticity.least(seen)):
+        low, high = softening.within(seen, least)
+        assert max(loads[1], least) == low <= high == max(loads[-2], low)
+        assert all(low <= one <= high for one in softening.between(seen, least))
+
+
+def test_planted_nothing_at_three_loads_is_found_to_be_nothing() -> None:
+    """The fewest that a test may have."""
+    assert diagnosed("al-1100", 32, {"masses": (0.5, 1.0, 1.5)}).verdict == "nothing missing"
