@@ -13,6 +13,10 @@ WITHIN = (0.25, 0.97)
 """Parts of the range of the forces between which F_y may lie: the slope below it has to be known from what is there."""
 
 
+BEYOND = 2
+"""Loads beyond F_y at least: one alone that is off from its first reading on is a slip, by the same numbers."""
+
+
 def reading(seen: Pulled, force: float):
     """What the highest force so far is beyond F_y, in both readings."""
     return np.maximum(seen.highest - force, 0.0)
@@ -40,7 +44,7 @@ def least(seen: Readings) -> float:
 def knees(seen: Readings, _among: Container[str]) -> list[dict[str, float]]:
     """Between two loads, of either kind."""
     return [{"yield.force": one, "yield.kind": float(kind)}
-            for kind in range(2) for one in softening.between(seen, least(seen))]  # fmt: skip
+            for kind in range(2) for one in softening.between(seen, least(seen), beyond=BEYOND)]  # fmt: skip
 
 
 EFFECT = Effect(
@@ -65,7 +69,7 @@ EFFECT = Effect(
             advice="end the range of loads below F_y; tighten the clamps",
             separate="marks on the sample at the clamps and away from them; load again: what has yielded does not move",
             pictures=("load",), needs=("unloading",), amount=lambda seen: seen.u / seen.most, shapes=knees,
-            limits=lambda seen: {"yield.force": softening.within(seen, least(seen))},
+            limits=lambda seen: {"yield.force": softening.within(seen, least(seen), beyond=BEYOND)},
             reading=lasting, law="yield or drift",
         ),
         Cause(

@@ -18,20 +18,20 @@ def reading(seen: Readings, force: float):
     return np.maximum(seen.force - force, 0.0)
 
 
-def between(seen: Readings, least: float) -> list[float]:
-    """Places of a knee between two loads, from such a force on; the last but one load where there is none."""
-    low, high = within(seen, least)
+def between(seen: Readings, least: float, *, beyond: int = 1) -> list[float]:
+    """Places of a knee between two loads, from such a force on; the largest that it may have where there is none."""
+    low, high = within(seen, least, beyond=beyond)
     return [float(one) for one in saturation.between(seen) if low <= one <= high] or [high]
 
 
-def within(seen: Readings, least: float) -> tuple[float, float]:
-    """From such a force, and the second load, to the last but one.
+def within(seen: Readings, least: float, *, beyond: int = 1) -> tuple[float, float]:
+    """From such a force, and the second load, to the last one that has so many loads beyond it.
 
     Nearer to an end a larger compliance does the same, without end.
     """
     loads = np.unique(seen.force)
     low = max(float(loads[:2][-1]), least)
-    return low, max(float(loads[-2:][0]), low)
+    return low, max(float(loads[-1 - beyond :][0]), low)
 
 
 EFFECT = Effect(

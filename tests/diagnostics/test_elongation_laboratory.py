@@ -79,13 +79,19 @@ def test_planted_swing_of_the_temperature_is_no_mounting(material: str, seed: in
 
 @pytest.mark.parametrize("count", [3, 4, 10])
 def test_limit_a_knee_lies_between_loads_that_show_it(count: int) -> None:
-    """A softening in the upper half, a yield from a quarter of the range on; neither beyond the last load but one."""
+    """A softening in the upper half, a yield from a quarter of the range on with two loads beyond it."""
     loads = np.arange(1.0, count + 1)
     seen = Readings(loads, loads, 0 * loads, np.zeros(count, dtype=np.intp), 1e-4 * loads)
-    for least in (softening.LEAST * seen.most, plasticity.least(seen)):
-        low, high = softening.within(seen, least)
-        assert max(loads[1], least) == low <= high == max(loads[-2], low)
-        assert all(low <= one <= high for one in softening.between(seen, least))
+    for least, beyond in ((softening.LEAST * seen.most, 1), (plasticity.least(seen), plasticity.BEYOND)):
+        low, high = softening.within(seen, least, beyond=beyond)
+        assert max(loads[1], least) == low <= high == max(loads[-1 - beyond], low)
+        assert all(low <= one <= high for one in softening.between(seen, least, beyond=beyond))
+
+
+@pytest.mark.parametrize(("material", "seed"), [("al-1100", 203), ("peek", 203)])
+def test_planted_slip_before_the_largest_load_is_no_yield(material: str, seed: int) -> None:
+    """A yield with one load beyond it would be the same step; with so few places it was the more probable one."""
+    assert diagnosed(material, seed, {"slip": size(material, "slip", 15)}).named == ("slip",)
 
 
 def test_planted_nothing_at_three_loads_is_found_to_be_nothing() -> None:
