@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from metrology.diagnosis import Diagnosis
-from metrology.diagnostics.candidate import turned_table
+from metrology.diagnostics.candidate import Candidate, turned_table
 from metrology.diagnostics.engine import BUDGET, rank
 from metrology.diagnostics.overlays import Overlay, largest_step, sought_apart, with_overlays
 from metrology.diagnostics.own import declared
@@ -76,7 +76,7 @@ def response(
         )
         notes.append(said(text, times=inspection.REPEATED, count=repeated))
     forces = {effect.name: declared(effect) for effect in settings.own if effect.force}
-    candidates = {name: one for name, one in subject.candidates.items() if name not in settings.without} | forces
+    candidates = _open(subject.candidates, {*rig.effects}, settings.without) | forces
     found = rank(
         replace(subject, candidates=candidates), rng=rng, test=settings.test, budget=settings.budget,
         workers=settings.workers, progress=settings.progress,
@@ -84,6 +84,20 @@ def response(
     if all({"x", "v"} <= {*run.channels} for run in cleaned):
         found = with_overlays(sought_apart(found), _stepped(steps, cleaned[0].unit("x")))
     return replace(found, notes=(*found.notes, *notes), coordinate=rig.coordinate)
+
+
+def _open(every: Mapping[str, Candidate], carried: Container[str], left_out: Container[str]) -> dict[str, Candidate]:
+    """Candidates but those left out, and those that are tried beside one of these alone.
+
+    What the stated model carries is beside all of them.
+    """
+    found = {}
+    for name, one in every.items():
+        first = one.cause.beside
+        there = first != "" and every[first].size.name in carried
+        if name not in left_out and (there or not first or first not in left_out):
+            found[name] = replace(one, cause=replace(one.cause, beside="")) if there else one
+    return found
 
 
 @dataclass(frozen=True)

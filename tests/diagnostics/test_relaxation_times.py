@@ -45,11 +45,11 @@ def swept(number: int, branches: list[tuple[float, float]], rng: np.random.Gener
     return MeasuredRun(f"sweep-{number}", run, x=np.array(x) + NOISE * drift)
 
 
-def diagnosed(branches: list[tuple[float, float]], seed: int):
+def diagnosed(branches: list[tuple[float, float]], seed: int, *, without: tuple[str, ...] = (), **effects: float):
     rng = np.random.default_rng(seed)
     runs = tuple(swept(number, branches, rng) for number in range(3))
-    rig = Rig(M, 1.1 * K, 0.8 * C, 0.0, attachment="both ways")
-    return response(rig, runs, rng=np.random.default_rng(1), settings=Settings(workers=2))
+    rig = Rig(M, 1.1 * K, 0.8 * C, 0.0, attachment="both ways", effects=effects)
+    return response(rig, runs, rng=np.random.default_rng(1), settings=Settings(workers=2, without=without))
 
 
 @pytest.mark.long
@@ -63,6 +63,11 @@ def test_planted_second_relaxation_time_is_named_beside_the_first(seed: int) -> 
     for (time, stiffness), (k, tau) in zip(times, (FAST, SLOW), strict=True):
         assert abs(time.value - tau) < 3 * time.u
         assert abs(stiffness.value - k) < 3 * stiffness.u
+    # One distribution: u beside a cause is u in the budget, the colour of the noise included.
+    joint = dict(zip(found.supported.names, found.supported.u, strict=True))
+    assert {name: one.u for name, one in values.items() if name in joint} == pytest.approx(
+        {name: joint[name] for name in values if name in joint}, rel=0.05
+    )
 
 
 @pytest.mark.long
@@ -72,3 +77,16 @@ def test_planted_one_relaxation_time_is_named_alone(branch: tuple[float, float])
     assert (found.verdict, found.named) == ("explained", ("zener",))
     second = next(one for one in found.causes if one.effect == "second branch")
     assert second.verdict == "not supported"
+
+
+@pytest.mark.long
+def test_planted_second_relaxation_time_is_named_beside_a_stated_one() -> None:
+    """As of a campaign whose model was extended by the first."""
+    found = diagnosed([FAST, SLOW], 4, **{"zener.stiffness": SLOW[0], "zener.time": SLOW[1]})
+    assert (found.verdict, found.named) == ("explained", ("second branch",))
+
+
+@pytest.mark.long
+def test_limit_without_the_first_relaxation_time_there_is_no_second() -> None:
+    found = diagnosed([FAST], 5, without=("zener",))
+    assert not {"zener", "second branch"} & {one.effect for one in found.causes}
