@@ -84,6 +84,16 @@ def test_limit_a_gap_after_a_turning_point_is_no_stop():
     assert any("the record stopped" in one for one in raw.faults(Channel("x", t, stays, "m")))
 
 
+def test_limit_a_spike_on_a_module_at_rest_is_no_stop():
+    """A module waits for its thrust without noise that dithers its reading; of one reading the camera lost a marker."""
+    t = np.arange(1200) / 50
+    x = 1e-4 * np.round((0.3 - 0.1 * np.maximum(t - 0.24, 0.0)) / 1e-4)
+    x[13] += 0.05
+    assert list(raw.faults(Channel("x", t, x, "m"))) == []
+    x[14:] += 0.05
+    assert any("the record stopped" in one for one in raw.faults(Channel("x", t, x, "m")))
+
+
 @pytest.mark.parametrize("sign", [1, -1])
 def test_planted_clipped_peaks_are_found(sign):
     sound = swinging(3)
