@@ -30,8 +30,7 @@ NEGLIGIBLE = 1e-3
 
 def without(effects: Set, name: str, beside: Mapping[str, str]) -> Set:
     """Return a set without an effect, and without those that are tried beside it alone (`Cause.beside`)."""
-    rest = effects - {name}
-    return frozenset(one for one in rest if beside.get(one, "") != name)
+    return frozenset(one for one in effects if name not in (one, beside.get(one)))
 
 
 def is_whole(effects: Set, beside: Mapping[str, str]) -> bool:

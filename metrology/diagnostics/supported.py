@@ -103,12 +103,8 @@ def noise_of(judged: Judged, subject: Subject) -> Noise:
 
 def spread(fit: Fit, noise: Noise) -> Array:
     """Standard uncertainty of every unknown of a fit, those of single blocks as well, shape (p,): noise and priors."""
-    bread = fit.covariance
-    variance = noise.misfit * np.diag(_by_readings(fit, noise, bread))
-    for at, entry in enumerate(fit.problem.unknowns):
-        if entry.u is not None and entry.u > 0:
-            variance = variance + (bread[at] / entry.u) ** 2
-    return np.asarray(np.sqrt(variance))
+    parts = _by_cause(fit, np.eye(len(fit.theta)), fit.theta, noise)
+    return np.asarray(np.sqrt(np.diag(parts.total + (noise.misfit - 1.0) * parts.readings)))
 
 
 def _models_without(judged: Judged) -> Iterator[tuple[Fit, float]]:
@@ -135,16 +131,9 @@ def _parts(fit: Fit, names: Sequence[str], start: Array, noise: Noise) -> Parts:
     every = dict.fromkeys((*names, *(entry.name for entry in unknowns if "@" not in entry.name)))
     places = [fit.index(name) for name in every]
     pick = np.array([[float(at == place) for at in range(len(unknowns))] for place in places])
-    bread = fit.covariance
     known = [*start.tolist(), *(math.nan for _ in places[len(names) :])]
     values = np.array([value if at is None else fit.theta[at] for at, value in zip(places, known, strict=True)])
-    priors: dict[tuple[str, Shared], list[Array]] = {}
-    for at, entry in enumerate(unknowns):
-        if entry.u is not None and entry.u > 0:
-            name, own, _ = entry.name.partition("@")
-            priors.setdefault((name, "per run" if own else "common"), []).append(pick @ bread[:, at] / entry.u)
-    columns = {key: np.column_stack(own) for key, own in priors.items()}
-    whole = Parts(values, _by_readings(fit, noise, bread @ pick.T), columns)
+    whole = _by_cause(fit, pick, values, noise)
     low, high = (np.array([free if at is None else getattr(unknowns[at], side) for at in places])
                  for side, free in (("low", -math.inf), ("high", math.inf)))  # fmt: skip
     # Where what is no size of an effect is known worse than by its bounds, such as k to less than itself, these count.
@@ -191,6 +180,18 @@ def _with_law(model: Parts, best: Parts, names: Sequence[str], values: Mapping[s
             more = u**2 - total[at, at]
             law[at, at] = more if more > RANK * total[at, at] else 0.0
     return replace(model, values=moved, law=law)
+
+
+def _by_cause(fit: Fit, pick: Array, values: Array, noise: Noise) -> Parts:
+    """Values, and the covariance by cause of what each row of `pick` takes of the unknowns of a fit."""
+    bread = fit.covariance
+    priors: dict[tuple[str, Shared], list[Array]] = {}
+    for at, entry in enumerate(fit.problem.unknowns):
+        if entry.u is not None and entry.u > 0:
+            name, own, _ = entry.name.partition("@")
+            priors.setdefault((name, "per run" if own else "common"), []).append(pick @ bread[:, at] / entry.u)
+    columns = {key: np.column_stack(own) for key, own in priors.items()}
+    return Parts(values, _by_readings(fit, noise, bread @ pick.T), columns)
 
 
 def _by_readings(fit: Fit, noise: Noise, weights: Array) -> Array:

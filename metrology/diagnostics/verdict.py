@@ -24,7 +24,6 @@ from metrology.diagnosis import (
 from metrology.diagnostics import intervals
 from metrology.diagnostics.candidate import Candidate
 from metrology.diagnostics.judgement import LIKELY, Judged
-from metrology.diagnostics.likelihood import Noise
 from metrology.diagnostics.search import COARSE, EQUAL
 from metrology.diagnostics.sets import NEGLIGIBLE
 from metrology.diagnostics.subject import Array, Fit, Subject
@@ -101,6 +100,7 @@ def _causes(judged: Judged, subject: Subject, gain: Mapping[str, Gain]) -> Itera
     # In the order of the table where rounding alone parts them.
     order += sorted(table, key=lambda name: -round(judged.probability.get(name, 0.0), PLACES))
     untestable, noise = subject.untestable(), noise_of(judged, subject)
+    own = spread(judged.last, noise)
     for name in dict.fromkeys(order):
         group = grouped.get(name, ())
         named = _named(judged, name) or bool(group and (_named(judged, group[0]) or len(group) == 1))
@@ -111,12 +111,15 @@ def _causes(judged: Judged, subject: Subject, gain: Mapping[str, Gain]) -> Itera
         score = _score(judged, name)
         if name in untestable or (fit is None and score is None and not table[name].cause.beside):
             support = "not testable"
-        values = tuple(_values(fit, table[name], noise, named=named)) if fit is not None else ()
+        values: tuple[Value, ...] = ()
+        if fit is not None:
+            u = own if fit is judged.last else spread(fit, noise)
+            values = tuple(_values(fit, table[name], u, noise.misfit, named=named))
         minor = name in judged.last.effects and not named and name not in judged.replaced
         yield Cause(
             name, table[name].title, table[name].equation, support, judged.probability.get(name, 0.0), values,
             gain if name in judged.last.effects else {}, _log_bayes(judged, name), score, minor,
-            table[name].consequence, table[name].advice, _of_cause(judged, subject, name, support),
+            table[name].consequence, table[name].advice, _of_cause(judged, subject, name, support, own),
         )  # fmt: skip
 
 
@@ -147,7 +150,8 @@ def _score(judged: Judged, name: str) -> float | None:
     return None if found is None else found.z
 
 
-def _of_cause(judged: Judged, subject: Subject, name: str, support: Support) -> str:
+def _of_cause(judged: Judged, subject: Subject, name: str, support: Support, u: Array) -> str:
+    """What is said of an effect; `u` of the unknowns of the model."""
     if untried := _untried(judged, subject, name, support):
         return untried
     kinds = ""
@@ -158,7 +162,7 @@ def _of_cause(judged: Judged, subject: Subject, name: str, support: Support) -> 
     if support == "supported":
         text = "Named: it removes {share:.0f} % of the misfit that remains without it."
         removed = said(text, share=float(100 * judged.carries.get(name, 1.0)))
-        return followed(removed, _left_out(judged, subject, name), kinds, _where(judged, subject, name))
+        return followed(removed, _left_out(judged, name, u), kinds, subject.where(judged.last, name, u))
     if support == "indistinguishable" and (name,) in judged.groups:
         text = (
             "Possible: something is missing, but these data do not decide whether it is this effect or another one, "
@@ -200,17 +204,11 @@ def _certain(judged: Judged) -> bool:
     return math.fsum(w for one, w in judged.weights.items() if one <= named) < NEGLIGIBLE
 
 
-def _where(judged: Judged, subject: Subject, name: str) -> str:
-    """In which blocks a named effect acts."""
-    return subject.where(judged.last, name, spread(judged.last, noise_of(judged, subject)))
-
-
-def _left_out(judged: Judged, subject: Subject, effect: str) -> str:
+def _left_out(judged: Judged, effect: str, u: Array) -> str:
     """What k and c come out as without one of the effects, the others being there."""
     without, found = judged.others.get(effect), []
     if without is None:
         return ""
-    u = spread(judged.last, noise_of(judged, subject))
     for name in ("k", "c"):
         at, to = without.index(name), judged.last.index(name)
         if at is None or to is None:
@@ -224,21 +222,20 @@ def _left_out(judged: Judged, subject: Subject, effect: str) -> str:
     return said("Without it the fit gives {first}.", first=found[0]) if found else ""
 
 
-def _values(fit: Fit, candidate: Candidate, noise: Noise, *, named: bool) -> Iterator[Value]:
-    """Parameters of an effect with their 95 % intervals."""
-    every = spread(fit, noise)
-    yield from _amplitude(fit, candidate, every)
+def _values(fit: Fit, candidate: Candidate, u_of: Array, misfit: float, *, named: bool) -> Iterator[Value]:
+    """Parameters of an effect with their 95 % intervals; `u_of` all unknowns of the fit."""
+    yield from _amplitude(fit, candidate, u_of)
     for size in candidate.parameters:
         at = fit.index(size.name)
         if at is None:
             continue
-        value, u = float(fit.theta[at]), float(every[at])
+        value, u = float(fit.theta[at]), float(u_of[at])
         if not named and u > LOOSE * max(abs(value - size.null), size.scale):
             # The data say nothing of it, such as the shape of an effect whose size has gone to zero.
             continue
         several = sum(one.shape for one in candidate.parameters) > 0
         near = not size.shape and abs(value - size.null) < 4 * u
-        curved = named and (several or near) and noise.misfit < COARSE
+        curved = named and (several or near) and misfit < COARSE
         yield Value(size.name, value, u, size.unit, *intervals.ends(fit, at, u, curved=curved))
 
 
@@ -265,14 +262,15 @@ def _amplitude(fit: Fit, candidate: Candidate, u_of: Array) -> Iterator[Value]:
 
 
 def _separations(judged: Judged, subject: Subject) -> Iterator[Separation]:
+    noise = noise_of(judged, subject)
     for group in judged.groups:
         if not _named(judged, group[0]):
             continue
         for name in group:
             candidate, fit = subject.candidates[name], _fit_with(judged, name)
-            values = (
-                list(_values(fit, candidate, noise_of(judged, subject), named=False))[:1] if fit is not None else []
-            )
+            values: list[Value] = []
+            if fit is not None:
+                values = list(_values(fit, candidate, spread(fit, noise), noise.misfit, named=False))[:1]
             text, plain = (
                 "it would have to show {name} = {value:.3g} {unit}",
                 "it would have to show {name} = {value:.3g}",
