@@ -45,6 +45,10 @@ CASES: dict[str, list[tuple[tuple[float, float], dict[str, float]]]] = {
         (NYLON, {"stop.stiffness": 40.0, "stop.gap": 1.52}),
         (SPECTRA, {"stop.stiffness": 90.0, "stop.gap": -0.01}),
     ],
+    "slack": [
+        (NYLON, {"slack.share": 0.4, "slack.place": 0.02, "slack.damping": 0.5}),
+        (SPECTRA, {"slack.share": 1.0, "slack.place": -0.01}),
+    ],
     "tilt": [(PEEK, {"tilt.angle": 1e-3})],
     "appendage": [
         (NYLON, {"appendage.mass": 2.0, "appendage.frequency": 4.0, "appendage.damping": 0.03}),

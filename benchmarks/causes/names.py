@@ -20,7 +20,7 @@ NAMES: dict[str, tuple[str, ...]] = {
     ),
 }  # fmt: skip
 LATER = {
-    "decay": {"asymmetric damping", "cubic reading", "hop", "quadratic reading", "stop"},
+    "decay": {"asymmetric damping", "cubic reading", "hop", "quadratic reading", "slack", "stop"},
     "elongation": {"hysteresis", "initial tension"},
     "response": {"appendage", "asymmetric damping", "hop", "hose", "second branch", "thrust fading"},
 }

@@ -135,7 +135,7 @@ class Decay:
     def _motion(self, values: Mapping[str, float]) -> tuple[float, ...]:
         k, c = values["k"] + values.get("dk", 0.0), values["c"] + values.get("dc", 0.0)
         bends = (values.get(name, 0.0) * self.over[at] for at, name in enumerate(BENDS))
-        return (k, c, values["x0"], values["v0"], *(values.get(name, 0.0) for name in FORCES), *bends)
+        return (k, c, values["x0"], values["v0"], *(values.get(name, null) for name, null in FORCES.items()), *bends)
 
     def slopes(self, at: int, values: Mapping[str, float], unknowns: Sequence[Unknown]) -> Array | None:
         """Derivatives of the readings of one record by its unknowns, shape (p, n); None where there are none.

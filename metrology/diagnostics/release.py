@@ -20,9 +20,9 @@ from metrology.message import said
 from metrology.rig import Motions, Rig, Run, Sensitivities, sensitivities, simulate_many
 from metrology.timeseries import on_grid, periodogram, quantum, rounding_bias
 
-FORCES = tuple(size.name for one in DECAY.values() if one.acts in ("module", "line") and not one.cause.alone
-               for size in one.parameters)  # fmt: skip
-"""Sizes and shapes of the forces, besides those of spring and damper, that a decay can show."""
+FORCES = {size.name: size.null for one in DECAY.values() if one.acts in ("module", "line") and not one.cause.alone
+          for size in one.parameters}  # fmt: skip
+"""Sizes and shapes of the forces, besides those of spring and damper, that a decay can show, and their null values."""
 BENDS = tuple(one.size.name for one in DECAY.values()
               if one.acts == "reading" and not (one.is_line or one.cause.alone))  # fmt: skip
 """What bends the reading of a motion: factors of its square and of its cube."""
@@ -214,7 +214,7 @@ class Record:
         """Readings of many motions, each with the values of `MOTION`; NaN where one cannot be followed."""
         values, found = np.array(many), np.empty((len(many), len(self.t)))
         values[:, 0], values[:, 1] = np.maximum(values[:, 0], 1e-12), np.maximum(values[:, 1], 0.0)
-        acting, bends = values[:, 4:BENT] != 0.0, values[:, BENT:]
+        acting, bends = values[:, 4:BENT] != list(FORCES.values()), values[:, BENT:]
         # Motions with the same forces go together: the linear ones have a closed form.
         for kind in np.unique(acting, axis=0):
             rows = (acting == kind).all(axis=1)

@@ -37,6 +37,7 @@ HYSTERESIS, YIELD, SAG = INDEX["hysteresis.stiffness"], INDEX["hysteresis.yield"
 GAIN, LAG, DELAY, FADING = (INDEX[f"thrust.{name}"] for name in ("gain", "lag", "delay", "fading"))
 CLOCK_X, CLOCK_V, CLOCK_T = (INDEX[f"clock.{channel}"] for channel in "xvT")
 STOP, STOP_AT = INDEX["stop.stiffness"], INDEX["stop.gap"]
+SLACK, SLACK_AT, SLACK_DAMPING = (INDEX[f"slack.{name}"] for name in ("share", "place", "damping"))
 START_X, START_V = INDEX["start.x"], INDEX["start.v"]
 # Positions in the state. X is measured from where the line is taut. What a rig lacks points at NOTHING, which is 0.
 X, V, NOTHING, SIZE = 0, 1, 13, 14
@@ -47,11 +48,11 @@ FRAME_U, FRAME_V, YAW_U, YAW_V, APPENDAGE_U, APPENDAGE_V, RELAXED, RELAXED_B, LO
 ATTACHMENT, WEIGHS, N, TOGETHER = range(4)
 TETHER, BOTH_WAYS, NO_LINE = range(3)
 # The regime r: what holds between two events.
-CONTACT, SLIDE, TOE_SIDE, TURN_SIDE, LOOP_SIDE, SIDE, SLIPPED, CAPPED, TOUCHED, HELD, REGIME = range(11)
+CONTACT, SLIDE, TOE_SIDE, TURN_SIDE, LOOP_SIDE, SIDE, SLIPPED, CAPPED, TOUCHED, SLACKENED, HELD, REGIME = range(12)
 BELOW, STRETCHED, LIFTED = range(3)
 # What is watched: each is positive in its regime.
 (W_EXCESS, W_PULL, W_SPEED, W_GRIP, W_GRIP_BACK, W_TOE, W_TOE_BACK, W_TURN, W_LOOP, W_SIDE, W_CAP, W_STOP,
- WATCHED) = range(13)
+ W_SLACK, WATCHED) = range(14)
 RELEASE, FORCE, CLAMP, START, ADDED = 20, 21, 22, 23, 24
 OK, TOO_MANY_STEPS, TOO_MANY_EVENTS, CHATTER, NOT_FINITE, LINE_TOO_SHORT = range(6)
 MAX_STEPS, MAX_EVENTS, BLOCK, KEPT = 2_000_000, 20_000, 32, 8
@@ -194,10 +195,16 @@ def excess(y, at):
 
 
 def pull(y, r, p, at):
-    """Tension that a taut line has: T = g(ε) + Σ k_i·(ε − z_i) + k_h·h + (c·ε′ + d(ε, ε′))·dε/de, ε′ = dε/de·e′."""
+    """Tension that a taut line has: T = g(ε) + Σ k_i·(ε − z_i) + k_h·h + (c·ε′ + d(ε, ε′))·dε/de, ε′ = dε/de·e′.
+
+    Where a part of it is slack, less by what that would push, s·(k·(e − e_s) + q·c·e′).
+    """
     e, rate = excess(y, at)
     epsilon, force, share = stretch(e, relaxed(y, p, at), y[at[LOOP]], r, p)
-    return force + p[C] * share**2 * rate + share * added_damping(epsilon, share * rate, r, p)
+    T = force + p[C] * share**2 * rate + share * added_damping(epsilon, share * rate, r, p)
+    if r[SLACKENED] == 1:
+        T -= p[SLACK] * pushed(e, rate, p)
+    return T
 
 
 def slack_weight(y, r, p, kind, at):
@@ -220,6 +227,16 @@ def tension(y, r, p, kind, at):
     if r[CONTACT] == STRETCHED:
         return pull(y, r, p, at)
     return slack_weight(y, r, p, kind, at)
+
+
+def pushed(e, rate, p):
+    """Pull of all that can go slack, counted from where it does: k·(e − e_s) + q·c·e′."""
+    return p[K] * (e - p[SLACK_AT]) + p[SLACK_DAMPING] * p[C] * rate
+
+
+def slackened(e, rate, p):
+    """The same, positive where it would have to push: beyond e_s, from the side on which zero lies."""
+    return pushed(e, rate, p) if p[SLACK_AT] >= 0.0 else -pushed(e, rate, p)
 
 
 def from_stop(y, r, p):
@@ -308,6 +325,8 @@ def watch(y, thrust, r, p, kind, at, g):
             g[W_CAP] = -e if r[CAPPED] == 1 else e
     if p[STOP] > 0.0:
         g[W_STOP] = beyond(y, r, p) if r[TOUCHED] == 1 else -beyond(y, r, p)
+    if p[SLACK] > 0.0:
+        g[W_SLACK] = slackened(e, rate, p) if r[SLACKENED] == 1 else -slackened(e, rate, p)
     if r[HELD] == 0:
         if r[SLIDE] == 0:
             net = net_force(y, thrust, tension(y, r, p, kind, at), r, p, at)
@@ -411,6 +430,8 @@ def switch(event, y, thrust, r, p, kind, at):
         r[CAPPED] = 1 - r[CAPPED]
     elif event == W_STOP:
         r[TOUCHED] = 1 - r[TOUCHED]
+    elif event == W_SLACK:
+        r[SLACKENED] = 1 - r[SLACKENED]
     return code
 
 
@@ -438,6 +459,7 @@ def begin(y, thrust, r, p, kind, at, x0, v0):
     if p[SAG] > 0.0:
         r[CAPPED] = 1 if e < 0.0 else 0
     r[TOUCHED] = 1 if p[STOP] > 0.0 and beyond(y, r, p) > 0.0 else 0
+    r[SLACKENED] = 1 if p[SLACK] > 0.0 and slackened(e, v0, p) > 0.0 else 0
     r[TOE_SIDE] = 0
     soft = p[FRAME]
     if p[ARM] != 0.0 and p[YAW_RATE] > 0.0:

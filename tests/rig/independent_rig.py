@@ -25,6 +25,7 @@ NULLS = {
     "clock.x": 0, "clock.v": 0, "clock.T": 0, "hum.x": 0, "hum.v": 0, "hum.T": 0, "hum.frequency": 50, "hum.phase": 0,
     "start.x": 0, "start.v": 0, "even.stiffness": 0, "line_damping.quadratic": 0, "asymmetric_damping.outward": 0,
     "hose.stiffness": 0, "hose.rest": 0, "stop.stiffness": 0, "stop.gap": 0,
+    "slack.share": 0, "slack.place": 1e-3, "slack.damping": 1,
     "sine.rate": 0, "gain_drift.rate": 0,
     "appendage.mass": 0, "appendage.frequency": 10, "appendage.damping": 0.02,
 }  # fmt: skip
@@ -100,7 +101,13 @@ class Reference:
         damping = self.c + self.e["damping.amplitude"] * abs(epsilon)
         quadratic = self.e["line_damping.quadratic"] * share**3 * rate * abs(rate)
         outward = self.e["asymmetric_damping.outward"] * share**2 * max(rate, 0.0)
-        return self.elastic(epsilon, y[[6, 11]], y[7]) + damping * share**2 * rate + quadratic + outward
+        taut = self.elastic(epsilon, y[[6, 11]], y[7]) + damping * share**2 * rate + quadratic + outward
+        side = 1 if self.e["slack.place"] >= 0 else -1
+        return taut - self.e["slack.share"] * side * max(side * self.pushed(y), 0.0)
+
+    def pushed(self, y):
+        excess, rate = self.geometry(y)
+        return self.k * (excess - self.e["slack.place"]) + self.e["slack.damping"] * self.c * rate
 
     def tension(self, y, contact):
         if self.line == "none":
@@ -179,6 +186,8 @@ class Reference:
             found.append(("slip", loose, 1))
         elif (e["friction.force"] or e["drag.quadratic"]) and (y0[1] or self.force(y0, contact, thrust)):
             found.append(("speed", lambda t, y: y[1], -slide))
+        if e["slack.share"]:
+            found.append(("kink", lambda t, y: self.pushed(y), 0))
         if contact != "below":
             if e["toe.extent"]:
                 found.append(
