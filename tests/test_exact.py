@@ -32,13 +32,14 @@ diagnosis: {{off: true}}
 STATED = {"certificate": ", uncertainty: [{standard: 0.02 um}]", "length": "1.000(1) m", "u_load": "(1000)"}
 
 
-def elongation(folder: Path, **changes: str):
+def elongation(folder: Path, *, cycles: bool = True, drift: float = 0.0, **changes: str):
+    """Three loads in four repeats, up and down by turns or up alone; `drift`: mm from each reading to the next."""
     rng = np.random.default_rng(5)
-    rows = [
-        f"{load},{repeat},loading,{0.5 * size + 0.004 * rng.standard_normal():.3f}"
-        for repeat in (1, 2, 3, 4)
-        for load, size in zip("ABC", (1, 2, 3), strict=True)
-    ]
+    rows = []
+    for repeat in (1, 2, 3, 4):
+        at_load = {load: 0.5 * size + 0.004 * rng.standard_normal() for size, load in enumerate("ABC", 1)}
+        way, order = ("unloading", "CBA") if cycles and repeat % 2 == 0 else ("loading", "ABC")
+        rows += [f"{load},{repeat},{way},{at_load[load] + drift * at:.3f}" for at, load in enumerate(order)]
     (folder / "pull.csv").write_text("\n".join(["load,repeat,direction,reading / mm", *rows]) + "\n", encoding="utf-8")
     (folder / "campaign.yaml").write_text(PULL.format(**(STATED | changes)), encoding="utf-8")
     return chain.evaluate(undiagnosed(folder / "campaign.yaml"))
@@ -64,6 +65,25 @@ def test_closed_form_an_indicator_without_a_word_on_its_uncertainty(tmp_path: Pa
     assert scale.u == pytest.approx(sqrt(0.21) * k.u / k.framework.value, rel=1e-6)
     (sentence,) = [one for one in findings.warnings if "taken as exact" in one]
     assert sentence.startswith("indicator: no uncertainty is stated of what follows")
+
+
+def test_closed_form_a_drift_that_loads_in_one_order_cannot_show(tmp_path: Path):
+    """x = F/k + a·j with F = 5 N·(1 + j): 1/k grows by a/(5 N), and no residual of the line with it."""
+    plain = elongation(tmp_path, cycles=False)
+    (drift,) = plain.exact
+    k = k_of(plain)
+    assert (drift.name, drift.result) == ("pull.drift", "pull.k")
+    assert drift.u == pytest.approx(sqrt(0.21) * k.u * 5.0 / k.framework.value**2, rel=1e-4)
+    (sentence,) = [one for one in plain.warnings if "taken as exact" in one]
+    assert sentence.startswith("pull: ")
+    assert sentence.endswith("read them on the way back as well.")
+    drifting = k_of(elongation(tmp_path, cycles=False, drift=0.01))
+    assert 1 / drifting.framework.value - 1 / k.framework.value == pytest.approx(1e-5 / 5.0, rel=1e-3)
+
+
+def test_planted_drift_in_cycles_up_and_down_leaves_k(tmp_path: Path):
+    plain, drifting = (k_of(elongation(tmp_path, drift=drift)) for drift in (0.0, 0.01))
+    assert drifting.framework.value == pytest.approx(plain.framework.value, rel=1e-4)
 
 
 @pytest.mark.long

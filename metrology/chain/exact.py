@@ -137,5 +137,5 @@ def sentences(found: tuple[TakenAsExact, ...], plan: Plan) -> Iterator[str]:
             parts = (together, *parts)
         text = "{owner}: no uncertainty is stated of what follows, so it is taken as exact: {parts}."
         sentence = said(text, owner=owner, parts=parts)
-        held = owner in {one.test for one in plan.held}
-        yield said("{sentence} {advice}", sentence=sentence, advice=STATED_IN) if held else sentence
+        advice = next((one.advice or STATED_IN for one in plan.held if one.test == owner), "")
+        yield said("{sentence} {advice}", sentence=sentence, advice=advice) if advice else sentence

@@ -420,7 +420,7 @@ def _sentence(judged: Judged, subject: Subject, causes: tuple[Cause, ...]) -> st
     remainder = _rest(judged, subject)
     if judged.verdict == "unexplained":
         return followed(said("Something is missing that no listed effect explains."), remainder)
-    missing = followed(said("Missing in the model: {what}.", what=named), remainder) if named else ""
+    missing = followed(said("Missing in the model: {what}.", what=named), remainder, _tails(judged)) if named else ""
     undecided = [group[0] for group in judged.groups if len(group) == 1]
     if not undecided:
         return missing
@@ -454,6 +454,15 @@ def _names(causes: tuple[Cause, ...], judged: Judged) -> tuple[str, ...]:
     supported += [said(EITHER, titles=tuple(titles[name] for name in group))
                   for group in judged.groups if len(group) > 1 and alike.issuperset(group)]  # fmt: skip
     return tuple(supported)
+
+
+def _tails(judged: Judged) -> str:
+    """That more readings are far off than the model with its effects leaves to chance; empty where that is not so."""
+    text = (
+        "Beside that the noise is not normal: more readings lie far off than chance explains. Each may be misread, or "
+        "the readings scatter so."
+    )
+    return said(text) if judged.heavy > LIKELY else ""
 
 
 def _rest(judged: Judged, subject: Subject) -> str:

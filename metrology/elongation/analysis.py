@@ -136,6 +136,33 @@ def leverages(test: ElongationTest) -> Floats:
     return slope_weights(forces, means)
 
 
+def by_drift(test: ElongationTest) -> tuple[float, float] | None:
+    """What a steady drift of the reading does to k, where no reading shows it.
+
+    Where every repeat takes the loads in one order, each of them once, a reading that moves by a from one reading to
+    the next is a·j at the j-th load: an extension of load, in every repeat alike. Reading them on the way back as well
+    parts the two.
+
+    Returns
+    -------
+    (float, float) or None
+        Derivative of k by a / (N/m per m), and mean extension from one reading to the next / m; None where the order
+        differs.
+    """
+    orders: dict[str, list[str]] = {}
+    for reading in test.readings:
+        orders.setdefault(reading.repeat, []).append(reading.load)
+    order, *others = orders.values()
+    if len(set(order)) < len(order) or any(one != order for one in others):
+        return None
+    _, forces, means = _averaged(test)
+    weights = slope_weights(forces, means)
+    place = np.array([order.index(load.name) for load in test.loads], dtype=float)
+    slope = float(weights @ means.values)
+    steps = abs(slope) * float(np.mean(np.abs(np.diff(forces[np.argsort(place)]))))
+    return -float(weights @ place) / slope**2, steps
+
+
 def _averaged(test: ElongationTest) -> tuple[Layout, Floats, Means]:
     layout, forces = _layout(test), model.forces(test)
     return layout, forces, average(np.array([reading.value for reading in test.used]), layout, forces)

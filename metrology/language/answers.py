@@ -138,8 +138,20 @@ def short(finding: Diagnosis, language: Language = ENGLISH) -> str:
     sentences = (
         lacking and language.say("Missing in the model: {what}.", what=lacking),
         undecided and language.say("Not decided by these data: {titles:lowered }.", titles=undecided),
+        lacking and _far_off(finding, language),
     )
     return " ".join(one for one in sentences if one)
+
+
+def _far_off(finding: Diagnosis, language: Language) -> str:
+    """That readings lie far off beside what is named."""
+    if all(one.passed for one in finding.tests if one.name == "normal noise"):
+        return ""
+    text = (
+        "Beside that the noise is not normal: more readings lie far off than chance explains. Each may be misread, or "
+        "the readings scatter so."
+    )
+    return language.say(text)
 
 
 def _undecided(finding: Diagnosis, language: Language) -> str:

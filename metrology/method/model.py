@@ -73,6 +73,8 @@ class HeldParameter:
         Half of the range in which such a number is met in a laboratory.
     slopes : mapping of str to float
         By result: its derivative by this number.
+    advice : str
+        What can be done about it, a sentence; where nothing is said, it can be stated with an uncertainty.
     """
 
     test: str
@@ -82,6 +84,7 @@ class HeldParameter:
     value: float
     reach: float
     slopes: Mapping[str, float]
+    advice: str = ""
 
 
 @dataclass

@@ -21,6 +21,7 @@ from metrology.gum.distributions import Rectangular
 from metrology.gum.inputs import Component, Input
 from metrology.message import said
 from metrology.method import Analysed, Files, Loading, Method, Output, Task, instruments
+from metrology.method.model import HeldParameter
 from metrology.units.dimensions import quoted
 
 if TYPE_CHECKING:
@@ -61,6 +62,11 @@ WEIGHT_DENSITY = Input(
 )
 NO_GRAVITY = Input("gravity", 1.0, (), "m/s²", said("local acceleration of free fall"))
 """Stands where every load is a force: nothing reads it, and the file must state gravity where loads are masses."""
+
+ONE_ORDER = (
+    "Every repeat takes the loads in one order, so that a drift looks like extension and no reading shows it: read "
+    "them on the way back as well."
+)
 
 
 class Load(Entry):
@@ -194,8 +200,20 @@ def analyse(task: Task[ElongationTest]) -> Analysed[elongation.ElongationTest]:
     task.model.add(analysis.contribution)
     for measurand in analysis.measurands:
         task.add(measurand)
+    task.model.held.extend(_drift(task.name, prepared))
     instruments.add_modulus(task)
     return Analysed(analysis.finding, prepared, analysis.contribution)
+
+
+def _drift(name: str, test: elongation.ElongationTest) -> Iterator[HeldParameter]:
+    """A steady drift that no reading shows, since all repeats take the loads in one order."""
+    found = elongation.by_drift(test)
+    if found is not None:
+        slope, step = found
+        yield HeldParameter(
+            name, "drift", said("steady drift of the reading, from each reading to the next"), "m", 0.0, 0.5 * step,
+            {f"{name}.k": slope}, said(ONE_ORDER),
+        )  # fmt: skip
 
 
 def _prepared(task: Task[ElongationTest]) -> elongation.ElongationTest:

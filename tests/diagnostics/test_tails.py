@@ -14,6 +14,7 @@ from scipy.optimize import minimize
 
 from metrology.diagnostics import elongation
 from metrology.diagnostics.tails import TAILS, _likelihood
+from metrology.language.answers import short
 
 
 def drawn(seed: int) -> tuple[np.ndarray, np.ndarray]:
@@ -78,3 +79,19 @@ def test_planted_readings_far_off_are_no_normal_noise(seed: int) -> None:
     assert {one.name: one.passed for one in found.tests}["normal noise"] is False
     assert found.verdict != "nothing missing" or "the noise is not normal" in found.sentence
     assert "normal noise" not in {one.name for one in elongation(test, rng=rng).tests}
+
+
+def test_planted_second_misread_reading_is_told_beside_the_first() -> None:
+    """Two that are off by 40 and 60 times the scatter: one has the name, and the other does not go unsaid."""
+    test = stretched("al-1100", 33, {})
+    scatter = truth_elongation.MATERIALS["al-1100"].scatter
+    off_by = {9: 40 * scatter, 30: -60 * scatter}
+    readings = tuple(replace(one, value=one.value + off_by.get(at, 0.0)) for at, one in enumerate(test.readings))
+    found = elongation(replace(test, readings=readings), rng=np.random.default_rng(33))
+    alone = tuple(replace(one, value=one.value + (at == 9) * off_by[9]) for at, one in enumerate(test.readings))
+    single = elongation(replace(test, readings=alone), rng=np.random.default_rng(33))
+    assert found.named == single.named == ("misread",)
+    assert "the noise is not normal" in found.sentence
+    assert "the noise is not normal" in short(found)
+    assert "not normal" not in single.sentence
+    assert "not normal" not in short(single)
