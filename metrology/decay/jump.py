@@ -113,9 +113,11 @@ def _sharpest(free: Channel, fitted: Fit, time: float, noise: float) -> float | 
     if not tried:
         return None
     left, place, phase = min(tried)
-    others = [_near(free, fitted, place + by, width) for by in (-2 * width, 2 * width)]
-    usual = max(noise**2, min((one[1] for one in others if one is not None), default=0.0))
-    return place if left < ALIKE * usual and abs(phase) > SHARP * max(usual, left) ** 0.5 else None
+    others = [one for by in (-2 * width, 2 * width) if (one := _near(free, fitted, place + by, width)) is not None]
+    usual = max(noise**2, min((one[1] for one in others), default=0.0))
+    # What a misfit alone makes of the phase, as where a line goes slack for a part of each period, it makes there too.
+    clear = abs(phase) - max((abs(one[0]) for one in others), default=0.0)
+    return place if left < ALIKE * usual and clear > SHARP * max(usual, left) ** 0.5 else None
 
 
 def _near(free: Channel, fitted: Fit, time: float, width: float) -> tuple[float, float] | None:

@@ -17,7 +17,7 @@ from metrology.diagnostics.candidate import DECAY as TABLE
 from metrology.diagnostics.candidate import Candidate, untested
 from metrology.diagnostics.decay_laws import unlisted
 from metrology.diagnostics.engine import rank
-from metrology.diagnostics.overlays import hops, lines, slow, sought_apart, with_overlays
+from metrology.diagnostics.overlays import overlying, sought_apart, with_overlays
 from metrology.diagnostics.plain import Plain, Readings, Trial, binned, plain_values
 from metrology.diagnostics.plain_pictures import of_decay
 from metrology.diagnostics.release import (
@@ -319,5 +319,5 @@ def decay(test: DecayTest, *, rng: np.random.Generator, sample: str = "") -> Dia
     prepared = Decay(test)
     posed = prepared.subject(sample)
     found = rank(posed, rng=rng, test=test.name)
-    overlays = (*lines(prepared), *hops(prepared), *slow(posed, found, prepared))
+    overlays = tuple(overlying(posed, found, prepared))
     return replace(with_overlays(sought_apart(found), overlays), failures=(*prepared.failures, *found.failures))

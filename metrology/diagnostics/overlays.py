@@ -10,19 +10,20 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.special import logsumexp
 
-from metrology.decay.separation import Separated
+from metrology.decay.hop import Hop
 from metrology.diagnosis import Cause, Diagnosis, Value, Verdict
 from metrology.diagnostics.candidate import DECAY as TABLE
 from metrology.diagnostics.intervals import NORMAL_95
 from metrology.diagnostics.judgement import FAR, LIKELY, logistic
 from metrology.diagnostics.likelihood import Noise, noise, orthonormal, slow_motion, spread_out
 from metrology.diagnostics.plain import Plain
-from metrology.diagnostics.subject import Fit
+from metrology.diagnostics.release import STEPS
+from metrology.diagnostics.subject import Array, Fit
+from metrology.diagnostics.supported import spread
 from metrology.diagnostics.verdict import EITHER, followed
 from metrology.message import said
 
 if TYPE_CHECKING:
-    from metrology.decay.hop import Hop
     from metrology.diagnostics.decay import Decay
     from metrology.diagnostics.release import Line, Record
     from metrology.estimation.step import Step
@@ -61,6 +62,24 @@ class Overlay:
         return (self.effect, *(one.effect for one in self.alike))
 
 
+def overlying(posed: Plain, found: Diagnosis, prepared: Decay) -> Iterator[Overlay]:
+    """What overlies the decays, beside all effects that may be there where these explain the readings."""
+    yield from lines(prepared)
+    fit = None
+    if found.verdict in ("nothing missing", "explained", "ambiguous"):
+        model = found.extended_model
+        carried = tuple(name for name in found.possible if any(one.name in model for one in TABLE[name].parameters))
+        fit = posed.fit(carried, [model])
+    if fit is None:
+        # What no listed effect explains moves the mean of the motion as well as anything: no slow motion is sought.
+        yield from hops(prepared, None)
+        return
+    misfit = next((one.statistic for one in found.tests if one.name == "misfit"), 1.0)
+    by = replace(noise(fit, fit.full, posed.floor), misfit=misfit)
+    yield from hops(prepared, (fit, spread(fit, by)))
+    yield from slow(fit, by, posed, prepared)
+
+
 def lines(prepared: Decay) -> Iterator[Overlay]:
     """Oscillations of one frequency that were found in at least half of the records."""
     records = prepared.records
@@ -94,11 +113,15 @@ def _among(own: Sequence[tuple[Record, Line]]) -> int:
     return len({one.name for one, _ in own})
 
 
-def hops(prepared: Decay) -> Iterator[Overlay]:
-    """Steps that were taken out of any record."""
-    test = prepared.test
-    found = [(record.name, hop) for record, parted in zip(test.records, test.separated, strict=True)
-             if isinstance(parted, Separated) for hop in parted.hops]  # fmt: skip
+def hops(prepared: Decay, fitted: tuple[Fit, Array] | None) -> Iterator[Overlay]:
+    """Steps that were taken out of any record, where they are there in the fit, too; with it standard uncertainties.
+
+    Lines beside the decay, as of a line that goes slack for a part of each period, are a step before they have a name.
+    """
+    every = [(one, name, hop) for one in prepared.records for name, (hop, _) in zip(STEPS, one.steps, strict=False)]
+    found = [(one.name, hop if fitted is None else _again(hop, f"{name}@{one.name}", one, *fitted))
+             for one, name, hop in every]  # fmt: skip
+    found = [(name, hop) for name, hop in found if hop.log_bayes > 0]
     if found:
         values = (largest_step([hop for _, hop in found], prepared.unit),)
         text = "{size:.3g} µ{unit} at {time:.4g} s in {record}"
@@ -108,6 +131,14 @@ def hops(prepared: Decay) -> Iterator[Overlay]:
         )
         evidence = sum(hop.log_bayes for _, hop in found)
         yield Overlay("hop", values, said("Found and taken out before the fit: {hops}.", hops=words), evidence)
+
+
+def _again(hop: Hop, name: str, record: Record, fit: Fit, u: Array) -> Hop:
+    """A step that was taken out, as large as a fit says: `name` is what it is more."""
+    at = fit.index(name)
+    assert at is not None
+    size, wide = hop.size + float(fit.theta[at]), math.hypot(float(u[at]), record.rounding)
+    return Hop(hop.time, size, 0.5 * (size / wide) ** 2 - 1.5 * math.log(len(record.t) * record.per_block), wide)
 
 
 def largest_step(steps: Sequence[Hop | Step], unit: str) -> Value:
@@ -124,22 +155,12 @@ def _of_line(record: Record, line: Line) -> float:
     return 0.25 * count * (line.amplitude / line.noise) ** 2 - 1.5 * math.log(count) - math.log(count / 2)
 
 
-def slow(posed: Plain, found: Diagnosis, prepared: Decay) -> Iterator[Overlay]:
+def slow(fit: Fit, by: Noise, posed: Plain, prepared: Decay) -> Iterator[Overlay]:
     """Slow motion under the decay, where the polynomial that every record is given has more evidence than none.
 
     A step of the reading that was too small to be taken out is followed by the polynomial as well, in part: it is
     slow motion where steps do far worse, steps where these do far better, and else one of the two.
     """
-    if found.verdict not in ("nothing missing", "explained", "ambiguous"):
-        # What no listed effect explains moves the mean of the motion as well as anything.
-        return
-    model = found.extended_model
-    carried = tuple(name for name in found.possible if any(one.name in model for one in TABLE[name].parameters))
-    fit = posed.fit(carried, [model])
-    if fit is None:
-        return
-    misfit = next((one.statistic for one in found.tests if one.name == "misfit"), 1.0)
-    by = replace(noise(fit, fit.full, posed.floor), misfit=misfit)
     drift, stepped = _drift(fit, by, posed, prepared), _stepped(fit, by, posed, prepared)
     best, other = sorted((drift, stepped), key=lambda one: -one.log_bayes)
     if best.log_bayes > FAR:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from metrology.coordinate import SENSED, Sensed
+from metrology.decay.hop import Hop
 from metrology.decay.modes import guard, is_mains
 from metrology.decay.oscillation import DEGREE
 from metrology.decay.separation import HOPS, Separated, drift
@@ -122,8 +123,8 @@ class Record:
     per_block: float = 1.0
     rounding: float = 0.0
     is_known: bool = False
-    steps: tuple[Array, ...] = ()
-    """For each step of the reading that was taken out, the part of each block after it: its size is fitted again."""
+    steps: tuple[tuple[Hop, Array], ...] = ()
+    """Steps of the reading that were taken out, each with the part of every block after it; sizes are fitted again."""
     settles: tuple[float, float] = (0.0, 0.0)
     """By how much the zero settles from time zero on, and at which rate / (1/s)."""
 
@@ -288,8 +289,8 @@ class Record:
     def overlaid(self, values: Mapping[str, float]) -> Array:
         """Slow motion and lines under the decay."""
         y = np.array([values[name] for name in self.levels]) @ self.slow
-        for name, step in zip(STEPS, self.steps, strict=False):
-            y = y + values[name] * step
+        for name, (_, later) in zip(STEPS, self.steps, strict=False):
+            y = y + values[name] * later
         for name in LINES:
             if f"{name}.frequency" in values:
                 (sine, cosine), (a, b) = self._ways(name, values)
@@ -301,7 +302,7 @@ class Record:
         if unknown in LEVELS:
             return np.asarray(self.slow[LEVELS.index(unknown)])
         if unknown in STEPS:
-            return self.steps[STEPS.index(unknown)]
+            return self.steps[STEPS.index(unknown)][1]
         name, _, parameter = unknown.partition(".")
         (sine, cosine), (a, b) = self._ways(name, values)
         growth = self._growth(name, values)
@@ -339,8 +340,8 @@ def cut(name: str, parted: Separated, mains: float) -> Record:
         value, noise = value + likely - parted.rounded.value, each[kept]  # less the steps that were taken out
     value = value - sum((fit.part(parted.t, at) for at in taken), np.zeros(len(free.value)))
     t, y, u, nodes, weights = _blocks(parted.t[kept], value[kept], noise, period / PER_PERIOD)
-    steps = [_blocks(parted.t[kept], (parted.free.time >= one.time)[kept].astype(float), noise,
-                     period / PER_PERIOD)[1] for one in parted.hops]  # fmt: skip
+    steps = [(one, _blocks(parted.t[kept], (parted.free.time >= one.time)[kept].astype(float), noise,
+                           period / PER_PERIOD)[1]) for one in parted.hops]  # fmt: skip
     sensed = SENSED[free.unit]
     zero = nodes.min() - _before(sensed, main.omega)
     a, b = fit.coefficients[0]
@@ -378,9 +379,9 @@ def _before(sensed: Sensed, omega: float) -> float:
     return DIFFERENCE / omega if sensed.order == _ACCELERATION else 0.0
 
 
-def _seen(steps: Sequence[Array]) -> tuple[Array, ...]:
-    """Steps within a record: one before it, or after it, is its zero."""
-    return tuple(one for one in steps if np.ptp(one) > 0)
+def _seen(steps: Sequence[tuple[Hop, Array]], rows: slice = slice(None)) -> tuple[tuple[Hop, Array], ...]:
+    """Steps within some rows of a record: one before them, or after them, is their zero."""
+    return tuple((hop, later[rows]) for hop, later in steps if np.ptp(later[rows]) > 0)
 
 
 def _beside(frequency: float, parted: Separated) -> float:
@@ -439,13 +440,13 @@ def parts(one: Record) -> list[Record]:
     return [
         replace(
             one, name=said("{record}, first part", record=one.name), t=one.t[first], y=one.y[first], u=one.u[first],
-            nodes=one.nodes[:, first], weights=one.weights[:, first], steps=_seen([step[first] for step in one.steps]),
+            nodes=one.nodes[:, first], weights=one.weights[:, first], steps=_seen(one.steps, first),
         ),
         replace(
             one, name=said("{record}, later part", record=one.name), t=one.t[later] - zero, y=one.y[later],
             u=one.u[later],
             nodes=one.nodes[:, later] - zero, weights=one.weights[:, later], x0=float(turned.real),
-            v0=float((turned * pole).real), steps=_seen([step[later] for step in one.steps]),
+            v0=float((turned * pole).real), steps=_seen(one.steps, later),
             settles=(size * math.exp(-settling * zero), settling),
         ),
     ]  # fmt: skip

@@ -149,8 +149,8 @@ class Tension:
             return zeros[plain].astype(float)
         if plain in ("slope", "deviation"):
             # The readings are linear in the slope, effects that are a part of the stretch included.
-            low, high = (self.predict(at, {**values, plain: values.get(plain, 0.0) + by * self.slope}) for by in (-1, 1))
-            return (high - low) / (2 * self.slope)
+            more = {**values, plain: values.get(plain, 0.0) + self.slope}
+            return (self.predict(at, more) - self.predict(at, values)) / self.slope
         (name, candidate), = ((name, one) for name, one in self.candidates.items()
                               if plain in {size.name for size in one.parameters})  # fmt: skip
         if plain == candidate.size.name:

@@ -18,7 +18,7 @@ def limits(known: Scales) -> dict[str, tuple[float, float]]:
 EFFECT = Effect(
     name="slack",
     title="Line that goes slack on one side",
-    equation="T = k·e + c·e′ − s·(k·(e − e_s) + q·c·e′) while the line would push: beyond e_s",
+    equation="T = k·e + c·e′ − s·(k·(e − e_s) + q·c·e′) beyond e_s",
     parameters=(
         Parameter("slack.share", "s", "1", 0.0, 0.0, INF, (0.0, 1.5), 1e-2, "part of the line that goes slack"),
         Parameter("slack.place", "e_s", "m", 1e-3, -INF, INF, (-1.0, 1.0), 1e-3,
@@ -26,8 +26,8 @@ EFFECT = Effect(
         Parameter("slack.damping", "q", "1", 1.0, 0.0, INF, (0.0, 1.0), 1e-2,
                   "part of the damping that the line has; the air has the rest"),
     ),
-    sign="the frequency and the decay rate rise as the amplitude falls, until the line no longer goes slack; the middle of "
-    "the motion moves",
+    sign="frequency and decay rate rise as the amplitude falls, until the line no longer goes slack; the middle of the "
+    "motion moves",
     source="Shaw & Holmes, J. Sound Vib. 90 (1983) 129 (a periodically forced piecewise linear oscillator)",
     acts="line", built_in=True,
     causes=(
@@ -36,7 +36,7 @@ EFFECT = Effect(
             consequence="k and c come out too small",
             advice="release it from less than m·g/k, or pull the line tighter",
             separate="a release from less than e_s: the frequency stays the same at every amplitude",
-            pictures=("frequency",), amount=lambda known: 0.02, shapes=shapes, limits=limits,
+            pictures=("frequency",), amount=0.02, shapes=shapes, limits=limits,
         ),
     ),
 )  # fmt: skip
