@@ -125,6 +125,18 @@ def test_planted_failure_of_one_quantity_is_told_and_leaves_the_others_standing(
     assert "sqrt of -1" in findings.failures[0]
 
 
+def test_limit_no_interval_where_the_equation_has_no_value_for_some_of_the_draws(found):
+    """√(p² − r²) has a value and a u at the estimates, but none for two of five draws."""
+    findings = found(
+        "quantities: {p: 1.00(3), r: 0.99(3)}\nderived: [{quantity: root, expression: sqrt(p**2 - r**2)}]\n",
+        "requirements: [{id: R1, quantity: root, limits: {upper: 1}, decision: {rule: simple acceptance}}]\n",
+    )
+    assert findings.conformity == ()
+    (sentence,) = [one for one in findings.warnings if one.startswith("root ")]
+    assert sentence.startswith("root has no interval, and no verdict rests on it.")
+    assert not [one for one in findings.warnings if "the Monte Carlo interval is reported" in one]
+
+
 def test_limit_no_verdict_where_the_law_has_no_derivative(found):
     findings = found(
         "quantities: {p: 0.0(1)}\nderived: [{quantity: root, expression: sqrt(p)}]\n",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+import math
 import re
 import sys
 from dataclasses import replace
@@ -581,6 +582,19 @@ def test_planted_a_load_before_the_record_is_said():
     """A tenth of the step, ten seconds before: what it still relaxes by is not of the ramp."""
     wrong = failed(analysed(Held(preload=5e-4, before=30.0)))
     assert "loaded before the record" in wrong["rest before the ramp"]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("seed", [1, 2])
+def test_planted_a_large_steady_flow_leaves_the_stiffness_at_a_time(seed):
+    """As large as the elastic part after 900 s: branches longer than the record follow it, and were of any size."""
+    one = Held(load=True, stiff=1 / 24e3, levels=(40.0,), holds=(900.0,), before=20.0, ramp=1.0, rate=5.0,
+               parts=(0.3,), times=(40.0,), flow=1 / 1.2e7, read_noise=3e-7, read_division=1e-6, input_noise=0.02,
+               input_division=0.001)  # fmt: skip
+    known = 1 / 24e3 + (1 - math.exp(-100 / 40)) * 0.3 / 24e3 + 100 / 1.2e7
+    found = analysed(one, seed)
+    assert estimates(found)["k_t"] == pytest.approx(1 / known, rel=1e-3)
+    assert "duration" in failed(found)
 
 
 @pytest.mark.long

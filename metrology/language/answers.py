@@ -136,6 +136,7 @@ def short(finding: Diagnosis, language: Language = ENGLISH) -> str:
     lacking = _lacking(finding, language)
     undecided = tuple(titles[name] for name in finding.undecided)
     sentences = (
+        finding.verdict == "unexplained" and language.say("Something is missing that no listed effect explains."),
         lacking and language.say("Missing in the model: {what}.", what=lacking),
         undecided and language.say("Not decided by these data: {titles:lowered }.", titles=undecided),
         lacking and _far_off(finding, language),

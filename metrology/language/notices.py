@@ -105,7 +105,8 @@ def _brief_judgements(findings: Findings, called: Called, language: Language) ->
         yield "Withheld", language.say("No verdict on {requirement}: {why}", requirement=entry.requirement, why=why)
     for name in findings.unjudged:
         if name not in {entry.requirement for entry in findings.withheld}:
-            yield "Withheld", language.say("No verdict on {requirement}: there is no result.", requirement=name)
+            text = "No verdict on {requirement}: there is no result with an interval."
+            yield "Withheld", language.say(text, requirement=name)
     for fit in findings.fits:
         if poor(fit.p_value):
             text = "{name}: the data scatter more than stated ({p})."

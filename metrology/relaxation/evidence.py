@@ -139,8 +139,8 @@ def said(
     weights = np.array([p for p, _ in rows]) / sum(p for p, _ in rows)
     means, covariances = [], []
     for _, one in rows:
-        means.append(np.real(of(one.form, one.values)))
-        J = jacobian(one, of)
+        number, J = numbers(one, of)
+        means.append(number)
         covariances.append(J @ one.covariance @ J.T)
     mean = weights @ np.array(means)
     away = np.array(means) - mean
@@ -171,15 +171,18 @@ def _half(weights: Array, away: Array, u: Array, dof: float) -> float:
     return found / reach
 
 
-def jacobian(one: Fitted, of: Callable[[Form, Array], Array]) -> Array:
-    """Derivatives of numbers by the values of a fit, shape (m, q): by an imaginary step, exact to rounding.
+def numbers(one: Fitted, of: Callable[[Form, Array], Array]) -> tuple[Array, Array]:
+    """Numbers by the values of a fit, shape (m,), and their derivatives by these, shape (m, q).
 
-    Im f(x + ih)/h has no difference that rounding could enlarge (Squire & Trapp, SIAM Rev. 40 (1998) 110); `of` takes
-    complex values, and is analytic.
+    Linear about what the search found, as the fit itself: where branches are nearly one another, or one is longer than
+    the record, values far from there describe the readings as well only so. The derivatives are by an imaginary step,
+    exact to rounding: Im f(x + ih)/h has no difference that rounding could enlarge (Squire & Trapp, SIAM Rev. 40 (1998)
+    110); `of` takes complex values, and is analytic.
     """
     found = []
-    for at, size in enumerate(np.abs(one.values).tolist()):
-        step = np.zeros(len(one.values), dtype=complex)
+    for at, size in enumerate(np.abs(one.near).tolist()):
+        step = np.zeros(len(one.near), dtype=complex)
         step[at] = 1j * TINY * (size or 1.0)
-        found.append(of(one.form, one.values + step).imag / step[at].imag)
-    return np.column_stack(found)
+        found.append(of(one.form, one.near + step).imag / step[at].imag)
+    J = np.column_stack(found)
+    return np.real(of(one.form, one.near)) + J @ (one.values - one.near), J

@@ -31,6 +31,8 @@ class Fitted:
         ln of the probability of the record under it, but for a constant that all forms share.
     values : ndarray, shape (q,)
         b, d where there is one, r₀, rᵢ, then ln τᵢ or the exponent: means over the colours.
+    near : ndarray, shape (q,)
+        Values that the search found, about which the form is taken as linear.
     covariance : ndarray, shape (q, q)
         Of the values, over the colours as well.
     model : ndarray, shape (n,)
@@ -50,6 +52,7 @@ class Fitted:
     form: Form
     evidence: float
     values: Array
+    near: Array
     covariance: Array
     model: Array
     excess: float
@@ -199,7 +202,7 @@ class Fitter:
         excess = float(weights @ (low / s2))
         allowed = bool((mean[held] > 0).all()) and (form.power or scene.final(form, mean) > 0)
         fitted = Fitted(
-            form, evidence, mean, total, found + X @ (mean - near / unit), excess,
+            form, evidence, mean, near / unit, total, found + X @ (mean - near / unit), excess,
             float(weights @ self.noise.memory), weights, X, allowed,
         )  # fmt: skip
         return fitted, int(np.argmax(logs))

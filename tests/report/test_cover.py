@@ -114,7 +114,7 @@ def test_planted_failed_checks_withheld_verdicts_and_poor_fits_are_each_one_sent
     planted = replace(findings, withheld=(held,), unjudged=("R9", "R8"), fits=fits)
     sentences = [sentence for _, sentence in brief(planted)]
     assert "No verdict on R9: A check failed." in sentences
-    assert "No verdict on R8: there is no result." in sentences
+    assert "No verdict on R8: there is no result with an interval." in sentences
     assert any(sentence.startswith("Not passed: zero shift between repeats") for sentence in sentences)
     assert [sentence for sentence in sentences if "scatter more than stated (p < 10⁻⁶)" in sentence]
 

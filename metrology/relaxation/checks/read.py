@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from metrology.message import said
 from metrology.relaxation.blocks import Array, Where
 from metrology.relaxation.checks.done import FINAL, LATER, Done
 from metrology.relaxation.checks.rest import drifts_at_rest
-from metrology.relaxation.evidence import HALF, Supported
+from metrology.relaxation.evidence import HALF, Supported, numbers
 from metrology.relaxation.levels import WITHIN, Level
 from metrology.relaxation.test import RelaxationTest
 
@@ -137,7 +138,7 @@ def _compared(at: float, done: Sequence[Done]) -> Iterator[Compared]:
         if not level.start <= then <= level.stop or not inside.any():
             continue
         found = change(one, _near(one, inside, (then - NEAR * at, then + NEAR * at)), drift_known=False)
-        now, later = one.scene.at(one.best.form, one.best.values, np.array([at, at + one.unread / 2]))
+        now, later = numbers(one.best, partial(one.scene.at, times=np.array([at, at + one.unread / 2])))[0]
         # Of a held load the answer is in the denominator.
         known = float(now) * found.read / found.model
         known = known if one.scene.held == "elongation" else 1 / known
