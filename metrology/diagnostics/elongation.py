@@ -66,7 +66,7 @@ class Elongation:
                   if np.ptp(self.force[rows]) > 0]  # fmt: skip
         between = float(np.std(slopes, ddof=1)) if len(slopes) == len(self.at) > 1 else 0.0
         self.between = between if between > ROUNDED * abs(self.slope) else 0.0
-        self.seen = effect.Readings(self.force, self.place, self.back, repeat, value=values)
+        self.seen = effect.Readings(self.force, self.place, self.back, repeat)
         self.own = {one.name: one for one in own if one.reading}
         table = {name: _limited(one, self.seen) for name, one in ELONGATION.items()}
         self.candidates = table | {name: declared(one) for name, one in self.own.items()}

@@ -166,8 +166,6 @@ class Readings:
         Number of its repeat.
     u : float
         Scatter of one reading / m.
-    value : ndarray, shape (n,) or (0,)
-        As read / m; none where nothing was read.
     """
 
     force: Array
@@ -175,7 +173,6 @@ class Readings:
     back: Array
     repeat: NDArray[np.intp]
     u: float = 1.0
-    value: Array = field(default_factory=lambda: np.zeros(0))
 
     @property
     def most(self) -> float:
