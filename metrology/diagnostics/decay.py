@@ -230,8 +230,9 @@ class Decay:
         if self.test.coordinate == "position":
             reasons["pendulum"] = said("the records are of a position; a pendulum is recorded as an angle")
         else:
-            # Beside it the noise of swings that a camera reads askew is taken for less, and the sine loses its name.
+            # Beside them the noise of swings that a camera reads askew is taken for less, and the sine loses its name.
             reasons["stop"] = said("the records are of an angle; a stop is sought in a position")
+            reasons["slack"] = said("the records are of an angle; a slack line is sought in a position")
         return Plain(
             sample, "decay", self.table(), blocks, common, own, self.predict, self.trials, reasons, self.gap,
             self.pictures, sweep=self.sweep, slopes=self.slopes, horizons=HORIZONS, suggested=self.suggested,
