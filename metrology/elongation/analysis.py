@@ -143,6 +143,11 @@ def by_drift(test: ElongationTest) -> tuple[float, float] | None:
     the next is a·j at the j-th load: an extension of load, in every repeat alike. Reading them on the way back as well
     parts the two.
 
+    Parameters
+    ----------
+    test : ElongationTest
+        As for `analyse`.
+
     Returns
     -------
     (float, float) or None
