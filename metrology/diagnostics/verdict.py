@@ -459,7 +459,7 @@ def _names(causes: tuple[Cause, ...], judged: Judged) -> tuple[str, ...]:
 def _tails(judged: Judged) -> str:
     """That more readings are far off than the model with its effects leaves to chance; empty where that is not so."""
     text = (
-        "Beside that the noise is not normal: more readings lie far off than chance explains. Each may be misread, or "
+        "In addition, the noise is not normal: more readings lie far off than chance explains. Each may be misread, or "
         "the readings scatter so."
     )
     return said(text) if judged.heavy > LIKELY else ""

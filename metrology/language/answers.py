@@ -149,7 +149,7 @@ def _far_off(finding: Diagnosis, language: Language) -> str:
     if all(one.passed for one in finding.tests if one.name == "normal noise"):
         return ""
     text = (
-        "Beside that the noise is not normal: more readings lie far off than chance explains. Each may be misread, or "
+        "In addition, the noise is not normal: more readings lie far off than chance explains. Each may be misread, or "
         "the readings scatter so."
     )
     return language.say(text)
