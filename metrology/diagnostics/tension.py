@@ -144,13 +144,10 @@ class Tension:
     def _slope(self, at: int, values: Mapping[str, float], entry: Unknown) -> Array:
         one, plain = self.records[at], entry.name.split("@")[0]
         crosshead = np.asarray(one.seen.crosshead > 0)
-        zeros = {"zero": crosshead, "offset": ~crosshead}
-        if plain in zeros:
-            return zeros[plain].astype(float)
-        if plain in ("slope", "deviation"):
-            # The readings are linear in the slope, effects that are a part of the stretch included.
-            more = {**values, plain: values.get(plain, 0.0) + self.slope}
-            return (self.predict(at, more) - self.predict(at, values)) / self.slope
+        linear = {"slope": one.scale * one.seen.force, "deviation": one.scale * one.seen.force,
+                  "zero": crosshead.astype(float), "offset": (~crosshead).astype(float)}  # fmt: skip
+        if plain in linear:
+            return linear[plain]
         (name, candidate), = ((name, one) for name, one in self.candidates.items()
                               if plain in {size.name for size in one.parameters})  # fmt: skip
         if plain == candidate.size.name:
@@ -160,12 +157,11 @@ class Tension:
         return np.asarray(values.get(candidate.size.name, 0.0) * (high - low) / (ends[1] - ends[0]))
 
     def column(self, name: str, at: int, shapes: Mapping[str, float]) -> Array:
-        """What one unit of the size of a candidate does to the readings of a record, by the slope of the model."""
-        candidate, one = self.candidates[name], self.records[at]
+        """What one unit of the size of a candidate does to the readings of a record."""
+        candidate = self.candidates[name]
         assert candidate.cause.reading is not None
-        seen = replace(one.seen, slope=one.scale * (shapes.get("slope", self.slope) + shapes.get("deviation", 0.0)))
         values = [shapes[size.name] for size in candidate.parameters[1:]]
-        return np.asarray(candidate.cause.reading(seen, *values), dtype=float)
+        return np.asarray(candidate.cause.reading(self.records[at].seen, *values), dtype=float)
 
     def trials(self, name: str, fit: Fit | None = None) -> Sequence[Trial]:
         """Shapes of a candidate, with the size that one standard deviation of a reading suggests."""
@@ -255,17 +251,16 @@ class Tension:
         other = {SCALE: whole, whole: SCALE, "setup": SCALE}.get(name)
         if other is None or other in fit.effects or other in self.reasons():
             return None
-        slope, scale = fit.values["slope"], float(np.mean([one.scale for one in self.records]))
+        by_force = self.slope * float(np.mean([one.scale for one in self.records]))
         own, size = self.candidates[name].size, self.candidates[other].size
         # Compliances that differ between the mountings leave what they have in common.
         found = float(np.mean([value for key, value in fit.values.items() if key.partition("@")[0] == own.name]))
-        # Crosshead and extensometer read s + C and s of one, s and (1 + part)·s of the other.
-        moved = slope * (1.0 + found) if name == SCALE else slope + found / scale
-        value = (slope - moved) * scale if name == SCALE else slope / moved - 1.0
+        part = found if name == SCALE else -found / by_force
+        value, moved = (-part * by_force, part) if name == SCALE else (part, -part)
         laws = {self.candidates[one].cause.law for one in fit.effects if one != name} - {""}
         if self.candidates[other].cause.law in laws or not size.low <= value <= size.high:
             return None
-        return other, {**fit.values, size.name: value, "slope": moved}
+        return other, {**fit.values, size.name: value, "slope": fit.values["slope"] + moved * self.slope}
 
     def families(self, _fit: Fit) -> list[Direction]:
         """Extension of any form."""

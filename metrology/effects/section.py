@@ -11,7 +11,7 @@ def reading(seen: Pulled, place: float):
 EFFECT = Effect(
     name="section",
     title="Specimen that loses a part of its section",
-    equation="ε = (1 + δ)·F/EA from one instant on, δ the part lost over the part left",
+    equation="ε = F/EA + δ·ε₀ from one instant on, ε₀ by the test's line; δ is about the part lost over the part left",
     sign="one step of the stretch and more slope after it, by crosshead and extensometer alike",
     source="A. R. Bunsell & J. Renard, Fundamentals of Fibre Reinforced Composite Materials (2005): breaks of bundles",
     acts="line",

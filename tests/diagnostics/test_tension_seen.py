@@ -68,9 +68,10 @@ def test_planted_break_of_one_specimen_is_named_with_its_size(count, at):
     read = broken(count, np.random.default_rng(count), at=at)
     found = diagnosed(read, WHOLE)
     assert "lost section" in found.named, found.sentence
-    # One twentieth lost is one nineteenth of what is left.
+    # One twentieth lost makes the slope one nineteenth larger, here over that of the line through all readings.
+    slope = lines(pulled(read, WHOLE))[0].main.value
     value, u = sizes(found)["section.lost"]
-    assert abs(value - 1 / 19) < 4 * u
+    assert abs(value - 5e-6 / 19 / slope) < 4 * u
 
 
 def test_law_what_broke_in_the_first_half_is_broken_in_the_second():
