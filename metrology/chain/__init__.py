@@ -308,15 +308,15 @@ def _warnings(campaign: Campaign, results: tuple[Result, ...]) -> list[str]:
     ]
     # What has no value has no interval either, and failures say why.
     known = [result for result in results if result.headline and isfinite(result.value)]
-    drawn = [one for one in known if isfinite(one.monte_carlo.low)]
-    doubtful = [one.name for one in drawn if not one.monte_carlo.law_valid and isfinite(one.u)]
+    with_u = [one for one in known if isfinite(one.u)]
+    doubtful = [one.name for one in with_u if not one.monte_carlo.law_valid and isfinite(one.monte_carlo.low)]
     if doubtful:
         text = (
             "The GUM uncertainty framework is not confirmed for {names:comma} (JCGM 101, clause 8): the Monte Carlo "
             "interval is reported."
         )
         found.append(said(text, names=tuple(doubtful)))
-    for result in (one for one in known if isfinite(one.u) and one not in drawn):
+    for result in (one for one in with_u if not isfinite(one.monte_carlo.low)):
         text = "{name} has no interval, and no verdict rests on it. {verdict:quoted}"
         found.append(said(text, name=result.name, verdict=result.monte_carlo.verdict))
     found += _without_moments(results, campaign.coverage_probability)
