@@ -14,7 +14,7 @@ from metrology.diagnostics.candidate import ELONGATION, Candidate, untested
 from metrology.diagnostics.engine import rank
 from metrology.diagnostics.laws import hats
 from metrology.diagnostics.own import added, declared
-from metrology.diagnostics.plain import STEP, Plain, Readings, Trial, binned
+from metrology.diagnostics.plain import STEP, Plain, Readings, Trial, binned, sizes_of_blocks
 from metrology.diagnostics.plain_pictures import of_elongation
 from metrology.diagnostics.scatter import scatter
 from metrology.diagnostics.subject import STRAIGHT, Array, Direction, Fit
@@ -22,7 +22,7 @@ from metrology.elongation import ElongationTest
 from metrology.elongation.model import force
 from metrology.estimation import Unknown
 from metrology.gum.inputs import Input
-from metrology.message import said
+from metrology.message import counted, said
 from metrology.rig.own import OwnEffect
 
 Rows = np.ndarray[tuple[int, ...], np.dtype[np.intp]]
@@ -195,7 +195,7 @@ class Elongation:
         return Plain(
             sample, "elongation", self.candidates, blocks, tuple(common), own, self.predict, self.trials,
             self.reasons(), self.gap, self.pictures, slopes=self.slopes,
-            floor=self.test.resolution.u / self.u, is_scarce=True,
+            floor=self.test.resolution.u / self.u, is_scarce=True, acts_in=self.where,
             scatters={"mounting.compliance": self.between} if self.between > 0 else {}, forms=self.families,
         )  # fmt: skip
 
@@ -236,6 +236,25 @@ class Elongation:
         """Residual against load and in the order of reading."""
         rows = np.concatenate(self.at)
         return of_elongation((self.force[rows], rows.astype(float), self.back[rows] > 0), self.u, before, after)
+
+    def where(self, fit: Fit, name: str, spread: Array) -> str:
+        """Loads or readings at which an effect acts that was sought place by place; its size in each repeat."""
+        candidate = self.candidates[name]
+        if candidate.size.own:
+            return sizes_of_blocks(fit, candidate.size, self.names, spread)
+        places = candidate.limits(self.seen)
+        if not any(size.held and size.name in places for size in candidate.parameters):
+            return ""
+        acts = self.column(name, fit.values) != 0
+        first = self.test.used[int(np.argmax(acts))]
+        reading = {"load": first.load, "repeat": first.repeat, "direction": said(first.direction)}
+        if acts.sum() == 1:
+            return said("It acts in the reading of load {load} in repeat {repeat}, {direction}.", **reading)
+        loads = np.unique(self.load[acts])
+        if (acts == np.isin(self.load, loads)).all():
+            one, many = "It acts at load {loads:comma}.", "It acts at the loads {loads:comma}."
+            return counted(one, many, len(loads), loads=tuple(self.loads[load] for load in loads))
+        return said("It acts from the reading of load {load} in repeat {repeat}, {direction}, on.", **reading)
 
     def gap(self, fit: Fit) -> Missing | None:
         """Residual extension against force, order and direction."""

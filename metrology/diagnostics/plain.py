@@ -405,6 +405,33 @@ def plain_values(values: Mapping[str, float], block: str) -> dict[str, float]:
     }
 
 
+def sizes_of_blocks(fit: Fit, size: Size, blocks: Sequence[str], spread: Array) -> str:
+    """Size that each block has for itself, with its standard uncertainty, in words.
+
+    Parameters
+    ----------
+    fit : Fit
+        With these sizes.
+    size : Size
+        Of which the unknowns are named ``'size@block'``.
+    blocks : sequence of str
+        Names, in the order in which they are told.
+    spread : array, shape (p,)
+        Standard uncertainty of every unknown of the fit.
+
+    Returns
+    -------
+    str
+    """
+    found = [(one, fit.index(f"{size.name}@{one}")) for one in blocks]
+    rows = [f"{text} {_signed(fit.theta[at])} ± {_signed(spread[at])}" for text, at in found if at is not None]
+    return said("{name} / ({unit}): {sizes:figures}.", name=size.name, unit=size.unit, sizes=", ".join(rows))
+
+
+def _signed(value: float) -> str:
+    return f"{value:.2g}".replace("-", "−")
+
+
 def binned(
     quantity: str, unit: str, columns: Mapping[tuple[str, str], Array], residual: Array, u: Array
 ) -> Missing | None:

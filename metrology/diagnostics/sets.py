@@ -127,11 +127,15 @@ class Member:
 
 @dataclass(frozen=True)
 class Score:
-    """A candidate alone beside a fit: standard deviations that the readings ask for; what its trial amount moves."""
+    """A candidate alone beside a fit: standard deviations that the readings ask for; what its trial amount moves.
+
+    `whole`: whether the readings can show it in each of its shapes.
+    """
 
     z: float
     d: float
     amount: float
+    whole: bool = True
 
 
 @dataclass(frozen=True)
@@ -296,16 +300,18 @@ def scores(line: Line) -> dict[str, Score]:
     residual = line.beside(line.residual)
     residual = residual - span @ (span.T @ residual)
     found: dict[str, Score] = {}
+    hidden: set[str] = set()
     for column, rows in _tried(line):
         rows = rows - span @ (span.T @ rows)
         gain = _gain(column, rows, residual, len(line.fit.theta))
         if gain is None:
+            hidden.add(column.effect)
             continue
         assert column.direction is not None
         one = Score(math.sqrt(2 * max(gain, 0.0)), float(np.linalg.norm(rows[:, 0])), column.direction.amount)
         if column.effect not in found or one.z > found[column.effect].z * (1 + ALIKE):
             found[column.effect] = one
-    return found
+    return {name: replace(one, whole=name not in hidden) for name, one in found.items()}
 
 
 def instead(line: Line, candidates: Mapping[str, Candidate], name: str) -> dict[str, float]:

@@ -11,7 +11,7 @@ import numpy as np
 from metrology.diagnosis import Diagnosis
 from metrology.diagnostics.candidate import TENSION, Candidate
 from metrology.diagnostics.engine import rank
-from metrology.diagnostics.plain import STEP, Plain, Readings, Trial
+from metrology.diagnostics.plain import STEP, Plain, Readings, Trial, sizes_of_blocks
 from metrology.diagnostics.subject import Array, Direction, Fit
 from metrology.diagnostics.tension_laws import unlisted
 from metrology.diagnostics.tension_pictures import gap, pictures
@@ -269,20 +269,14 @@ class Tension:
     # ---- what is reported ---------------------------------------------------------------------------------------
     def where(self, fit: Fit, name: str, spread: Array) -> str:
         """Sizes of the mountings, where each has its own; the mounting where an effect acts in one alone."""
-        candidate, size = self.candidates[name], self.candidates[name].size
-        if size.own:
-            found = [(one.name, fit.index(f"{size.name}@{one.name}")) for one in self.records]
-            rows = [f"{text} {_signed(fit.theta[at])} ± {_signed(spread[at])}" for text, at in found if at is not None]
-            return said("{name} / ({unit}): {sizes:figures}.", name=size.name, unit=size.unit, sizes=", ".join(rows))
+        candidate = self.candidates[name]
+        if candidate.size.own:
+            return sizes_of_blocks(fit, candidate.size, [one.name for one in self.records], spread)
         held = next((one.name for one in candidate.parameters if one.held), "")
         if held not in fit.values or len(self.records) == 1:
             return ""
         number = round(fit.values[held]) // self.records[0].seen.steps
         return said("It acts in {blocks:comma}.", blocks=(self.records[number].name,))
-
-
-def _signed(value: float) -> str:
-    return f"{value:.2g}".replace("-", "−")
 
 
 def _limited(one: Candidate, seen: Pulled) -> Candidate:

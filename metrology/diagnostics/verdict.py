@@ -180,6 +180,9 @@ def _of_cause(judged: Judged, subject: Subject, name: str, support: Support, u: 
     if judged.probability.get(name, 0.0) > LIKELY:
         # By the straight line alone, where the search ended before a model with it was fitted.
         return said("More probable than not, but not in the fitted model that has the most evidence: not named.")
+    score = judged.first.scores.get(name)
+    if score is not None and not score.whole:
+        return said("The evidence is against it in the forms that these data can show; there are others.")
     return said("The evidence is against it.")
 
 
