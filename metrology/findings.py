@@ -230,6 +230,12 @@ class Withheld:
     agreed: Annotated[str, Doc("Day on which the rule was agreed.")] = ""
     source: Annotated[str, Doc("Specification that sets the requirement.")] = ""
     close_out: Annotated[str, Doc("Judgement whether the verification is closed.")] = ""
+    quantity: Annotated[str, Doc("Symbol: k, E, c, zeta, omega_n, or the name that the campaign gives.")] = ""
+    display_unit: Annotated[str, Doc("Unit in which the report prints it.")] = ""
+    lower: Annotated[float | None, Doc("Lower tolerance limit; null where there is none.")] = None
+    upper: Annotated[float | None, Doc("Upper tolerance limit; null where there is none.")] = None
+    lower_stated: Annotated[str, Doc("Lower tolerance limit as the campaign states it; empty where none.")] = ""
+    upper_stated: Annotated[str, Doc("Upper tolerance limit as the campaign states it; empty where none.")] = ""
 
 
 @dataclass(frozen=True)

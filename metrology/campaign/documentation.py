@@ -244,8 +244,9 @@ A quantity is a number with a unit. The uncertainty is a *standard* uncertainty 
 | `{from: cal/results.json, result: cal.k, sha256: 3f… }` | a result of another campaign, with its budget |
 
 The decimal mark is a point; nothing groups digits. Units are written as in `N/m`, `kg/m^3`, `N·s/m` or
-`W/(m·K)`, with SI prefixes; `u` stands for µ, `ohm` for Ω, `degC` for °C, `1` or nothing for numbers, `%` and
-`ppm` too. Every quantity is checked for its dimension: a mass where a force is due is a fault at that line.
+`W/(m·K)`, with SI prefixes; `u` stands for µ, `ohm` for Ω, `degC` for °C, `%` and
+`ppm` too. A number has no unit, `0.001`; where only a unit is asked for, it is `1`. Every quantity is checked for its
+dimension: a mass where a force is due is a fault at that line.
 
 Components are independent of one another. Each says its size in one of three ways: `standard`, `half_width`
 with a `distribution`, or `expanded` with `k`. A size in `%` is relative to the value; of a quantity that is a

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 from math import inf, isfinite, sqrt
 from typing import TYPE_CHECKING
 
@@ -91,12 +91,17 @@ def conformity(
             barring = (one for one in own if one.bars(made.verdict) and _hangs_on(one, made, requirement))
             barred = list(dict.fromkeys(one.sentence for one in barring))
             if barred:
-                declared = made.agreed, made.source, made.close_out
-                withheld.append(Withheld(made.requirement, made.text, made.result, tuple(barred), *declared))
+                withheld.append(_withheld(made, barred))
             else:
                 accepted = tuple(one.acceptance for one in own if one.acceptance)
                 verdicts.append(replace(made, accepted=accepted))
     return tuple(verdicts), tuple(withheld)
+
+
+def _withheld(made: Conformity, reasons: Sequence[str]) -> Withheld:
+    """Requirement without its verdict."""
+    same = {field.name: getattr(made, field.name) for field in fields(Withheld) if field.name != "reasons"}
+    return Withheld(**same, reasons=tuple(reasons))
 
 
 def _judged_estimate(requirement: Requirement, evaluation: Evaluation) -> Estimate | None:

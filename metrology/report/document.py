@@ -9,7 +9,7 @@ from math import isfinite
 from typing import TYPE_CHECKING, Any
 
 from metrology.coordinate import QUANTITIES, Coordinate
-from metrology.findings import AuditRow, Comparison, Conformity, Correlation, Findings, Result, TestItem
+from metrology.findings import AuditRow, Comparison, Conformity, Correlation, Findings, Result, TestItem, Withheld
 from metrology.language import answers, attention, done, notices, wording
 from metrology.language.catalogue import ENGLISH, Language
 from metrology.language.display import (
@@ -118,7 +118,7 @@ def context(
         "replaced": any(line.before is not None for line in headlines),
         "crowded": crowded(rows) == "numbers",
         "wide_interval": crowded(rows) == "interval",
-        "crowded_limits": crowded_limits(findings.conformity),
+        "crowded_limits": crowded_limits((*findings.conformity, *findings.withheld)),
         "reasons": reasons(findings),
         "without_result": without_result(findings),
         "others": [line for line in lines if not line.result.headline],
@@ -493,16 +493,16 @@ def _cells(value: str, u: str, expanded: str, low: str, high: str) -> tuple[str,
     return value, u, expanded, f"{low.rstrip()} … {high}"
 
 
-def crowded_limits(judged: Sequence[Conformity]) -> bool:
+def crowded_limits(judged: Sequence[Conformity | Withheld]) -> bool:
     """Whether a limit or a guard band on page 1 is wider than its column."""
     return any(
         max(width(text.partition(" ")[0]) for text in stated_limits(entry)) > ROOM_LIMIT
-        or width(quality.band(entry)) > ROOM_BAND
+        or (isinstance(entry, Conformity) and width(quality.band(entry)) > ROOM_BAND)
         for entry in judged
     )
 
 
-def limits(entry: Conformity, language: Language = ENGLISH) -> str:
+def limits(entry: Conformity | Withheld, language: Language = ENGLISH) -> str:
     """Limits of a requirement."""
     low, high = (language.figures(text) for text in stated_limits(entry))
     if entry.lower is not None and entry.upper is not None:
@@ -510,7 +510,7 @@ def limits(entry: Conformity, language: Language = ENGLISH) -> str:
     return f"≥ {low}" if entry.upper is None else f"≤ {high}"
 
 
-def stated_limits(entry: Conformity) -> tuple[str, str]:
+def stated_limits(entry: Conformity | Withheld) -> tuple[str, str]:
     """Tolerance limits as they are stated, in their units; a dash for one that is not there."""
     unit, given = entry.display_unit, ((entry.lower, entry.lower_stated), (entry.upper, entry.upper_stated))
     low, high = ("–" if limit is None else as_stated(limit, text, unit) for limit, text in given)
