@@ -74,7 +74,7 @@ class Motion:
         self.rig, self.push, self.slips = rig, push, slips
         self.taut, self.slide, self.loop, self.offset, self.thrust = False, 0, 1, 0.0, 0.0
         get = rig.get
-        self.k, self.c, self.m = rig.k, rig.c, rig.m
+        self.k, self.c, self.m = rig.k, rig.c, rig.m - rig.get("slosh")
         self.cubic, self.fifth, self.c1, self.k1, self.kh = map(
             get, ("cubic", "fifth", "damping", "zener", "hysteresis")
         )

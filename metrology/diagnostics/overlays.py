@@ -179,9 +179,10 @@ def _drift(fit: Fit, by: Noise, posed: Plain, prepared: Decay) -> Overlay:
 
 
 def _stepped(fit: Fit, by: Noise, posed: Plain, prepared: Decay) -> Overlay:
-    """Steps of the reading in the place of the polynomial: the best in each record, as far as it has evidence.
+    """Steps of the reading in the place of the polynomial: one in each record, as far as it has evidence.
 
-    A step has a size and a place (`decay.hop`).
+    A step has a size, with the price of unit information, and a place: every one is as probable beforehand, and of a
+    small step many are nearly as good as the best.
     """
     root, precision = 1.0 / math.sqrt(by.misfit), np.sqrt(fit.problem.precision)
     moving = [at for one in posed.slow for at in one.places(fit)]
@@ -201,7 +202,7 @@ def _stepped(fit: Fit, by: Noise, posed: Plain, prepared: Decay) -> Overlay:
         size = -(columns.T @ r) / information
         gains = size**2 / (1.0 / information + one.rounding**2)
         best = int(np.argmax(gains))
-        found = 0.5 * float(gains[best]) - 1.5 * math.log(len(one.t))
+        found = float(logsumexp(0.5 * gains)) - math.log(len(places)) - 0.5 * math.log(len(one.t))
         if found > 0:
             evidence += found
             largest = max(largest, (abs(float(size[best])), 1.0 / math.sqrt(float(information[best]))))

@@ -23,7 +23,7 @@ from metrology.diagnosis import (
 )
 from metrology.diagnostics import intervals
 from metrology.diagnostics.candidate import Candidate
-from metrology.diagnostics.judgement import LIKELY, Judged
+from metrology.diagnostics.judgement import FAR, LIKELY, Judged
 from metrology.diagnostics.search import COARSE, EQUAL
 from metrology.diagnostics.sets import NEGLIGIBLE
 from metrology.diagnostics.subject import Array, Fit, Subject
@@ -422,6 +422,10 @@ def _sentence(judged: Judged, subject: Subject, causes: tuple[Cause, ...]) -> st
     named = _names(causes, judged)
     remainder = _rest(judged, subject)
     if judged.verdict == "unexplained":
+        fits = tuple(_with_name(subject.candidates[name].title, name) for name in judged.replaced)
+        if fits and judged.law is not None and judged.law.log_bayes < FAR and judged.misfit <= COARSE:
+            text = "Something is missing: {effects:comma} would explain it, but so does a law that is not listed."
+            return followed(said(text, effects=fits), remainder)
         return followed(said("Something is missing that no listed effect explains."), remainder)
     missing = followed(said("Missing in the model: {what}.", what=named), remainder, _tails(judged)) if named else ""
     undecided = [group[0] for group in judged.groups if len(group) == 1]

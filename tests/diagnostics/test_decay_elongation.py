@@ -75,6 +75,8 @@ def test_planted_two_loads_that_were_exchanged_are_named(one, other):
     labelled = tuple(replace(reading, load=swapped[reading.load]) for reading in test.readings)
     found = elongation(replace(test, readings=labelled), rng=np.random.default_rng(70211))
     assert found.named == ("exchange",)
+    (cause,) = (each for each in found.causes if each.effect == "exchange")
+    assert cause.sentence.endswith(f"It acts at the loads {', '.join(sorted((names[one], names[other])))}.")
 
 
 @pytest.mark.long
@@ -383,6 +385,28 @@ def test_planted_nothing_in_an_elongation_is_found_to_be_nothing(material, seed)
     found = elongation(stretched(material, seed, {}), rng=np.random.default_rng(seed))
     assert found.verdict == "nothing missing"
     assert found.possible == ()
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", ["misread", "slip"])
+def test_planted_fault_of_one_reading_is_said_to_act_there(name):
+    test = stretched("nylon", 6, {name: size("nylon", name, 60)})
+    truth = replace(truth_elongation.MATERIALS["nylon"], **{name: size("nylon", name, 60)})
+    where = int(np.random.default_rng(6).integers(2, (1 + truth.unloads) * len(truth.masses) - 3))
+    first = [one for one in test.readings if one.repeat == test.readings[0].repeat][where + (name == "slip")]
+    found = elongation(test, rng=np.random.default_rng(6))
+    (cause,) = (one for one in found.causes if one.effect == name)
+    assert name in found.named
+    assert f"load {first.load} in repeat {first.repeat}, {first.direction}" in cause.sentence
+
+
+@pytest.mark.long
+def test_limit_a_form_of_drift_that_loads_in_one_order_hide_is_not_said_to_be_ruled_out():
+    test = stretched("al-1100", 5, {})
+    upward = tuple(one for one in test.readings if one.direction == "loading")
+    found = elongation(replace(test, readings=upward), rng=np.random.default_rng(5))
+    hidden = {one.effect for one in found.causes if "there are others" in one.sentence}
+    assert hidden == {"drift"}
 
 
 @pytest.mark.long

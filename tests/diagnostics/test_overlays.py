@@ -35,7 +35,7 @@ def test_law_a_line_has_one_frequency_and_turns(frequencies: tuple[float, ...], 
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(("size", "named", "group"), [(0.2, (), {"drift", "hop"}), (0.3, ("hop",), set())])
+@pytest.mark.parametrize(("size", "named", "group"), [(0.12, (), {"drift", "hop"}), (0.2, ("hop",), set())])
 def test_planted_steps_too_small_to_be_taken_out_are_no_drift(size: float, named: tuple[str], group: set[str]) -> None:
     """Steps of a part of the noise of a reading."""
     test, _ = decayed("peek", 4, {}, count=3)
@@ -50,3 +50,18 @@ def test_planted_steps_too_small_to_be_taken_out_are_no_drift(size: float, named
     assert found.named == named
     assert set().union(*found.groups) == group
     assert found.verdict == ("ambiguous" if group else "explained")
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("form", [lambda part: part, lambda part: 1 / (1 + np.exp(-(part - 0.5) / 0.1))])
+def test_planted_small_drift_is_no_step(form) -> None:
+    """As small as the steps above, even where most of it comes in a short time."""
+    test, _ = decayed("peek", 4, {}, count=3)
+    u = float(np.mean([one.noise for one in Decay(test).records]))
+
+    def drifting(one: Channel) -> Channel:
+        part = (one.time - one.time[0]) / (one.time[-1] - one.time[0])
+        return replace(one, value=one.value + 0.3 * u * form(part))
+
+    found = decay(replace(test, records=tuple(map(drifting, test.records))), rng=np.random.default_rng(4))
+    assert found.named == ("drift",)
