@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import isfinite
+from math import inf, isfinite
 
 from metrology.gum.evaluation import BudgetRow
 from metrology.gum.joint import Term
@@ -18,14 +18,16 @@ def budget(law: Law, row: int) -> tuple[BudgetRow, ...]:
     line = law.linear[row]
     parts = law.contributions[row]
     variance = float(law.covariance[row, row])
-    shares = parts * law.joint.times(parts) / variance if variance > 0 else parts * 0.0
+    scale = variance if variance > 0 else inf
+    together = zip(law.joint.terms, parts.tolist(), law.joint.times(parts).tolist(), strict=True)
     return tuple(
-        _row(law.joint.terms[index], line.sensitivities.get(name, 0.0), float(shares[index]))
-        for index, name in sorted((index, name) for name in line.reads for index in law.joint.of_input(name))
+        _row(term, line.sensitivities.get(term.input.name, 0.0), part, part * whole / scale)
+        for term, part, whole in together
+        if term.input.name in line.reads
     )
 
 
-def _row(term: Term, sensitivity: float, share: float) -> BudgetRow:
+def _row(term: Term, sensitivity: float, contribution: float, share: float) -> BudgetRow:
     item, component = term.input, term.component
     return BudgetRow(
         input=item.name,
@@ -38,7 +40,7 @@ def _row(term: Term, sensitivity: float, share: float) -> BudgetRow:
         kind=component.kind,
         dof=component.dof if isfinite(component.dof) else None,
         sensitivity=sensitivity,
-        contribution=sensitivity * component.u,
+        contribution=contribution,
         share=share,
         source=component.source,
         cause=component.cause,

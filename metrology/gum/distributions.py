@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from math import isfinite, sqrt
+from math import inf, isfinite, sqrt
 from typing import ClassVar
 
 import numpy as np
@@ -62,8 +62,8 @@ class Distribution(ABC):
 
     def _width(self, **widths: float) -> None:
         for key, width in widths.items():
-            met = isfinite(width) and width >= 0
-            _demand(met, f"{self.name}.{key}", width, "a finite number, zero or more")
+            if not 0 <= width < inf:
+                raise MetrologyError(Fault(f"{self.name}.{key}", f"{width!r}", "a finite number, zero or more"))
 
 
 @dataclass(frozen=True)

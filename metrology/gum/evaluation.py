@@ -51,7 +51,7 @@ class Contribution:
     measurands: tuple[Measurand, ...] = ()
 
 
-@dataclass(frozen=True)
+@dataclass  # not frozen: that takes three times as long to make, and there is one for each term of each result
 class BudgetRow:
     """One component of one input in the uncertainty budget of an output (JCGM 100, Table H.1).
 

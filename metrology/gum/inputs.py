@@ -55,7 +55,7 @@ class Component:
     opposite: bool = False
 
     def __post_init__(self) -> None:
-        if isinstance(self.distribution, Student) and self.dof == inf:
+        if self.dof == inf and isinstance(self.distribution, Student):
             object.__setattr__(self, "dof", self.distribution.dof)
 
     @property
@@ -74,7 +74,7 @@ class Component:
 
         Source: JCGM 101:2008 6.4.9.2, 6.4.9.7.
         """
-        if isinstance(self.distribution, Normal) and isfinite(self.dof):
+        if isfinite(self.dof) and isinstance(self.distribution, Normal):
             return Student(self.distribution.u, self.dof)
         return self.distribution
 

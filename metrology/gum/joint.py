@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
-from math import isfinite, sqrt
-from typing import Any
+from math import inf, sqrt
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -17,8 +16,7 @@ _LEAST = 1e-12
 """Correlation that is rounding of the sums."""
 
 
-@dataclass(frozen=True)
-class Term:
+class Term(NamedTuple):
     """One component of one input; `ensemble` names the simultaneous readings that it belongs to, if any."""
 
     input: Input
@@ -26,7 +24,6 @@ class Term:
     ensemble: str = ""
 
 
-@dataclass(frozen=True)
 class Joint:
     """Terms of the inputs that matter, with the correlation between the terms.
 
@@ -34,27 +31,50 @@ class Joint:
     components as r·w_a·w_b with w_a = u_a/u(x): Σ_ab u_a u_b r w_a w_b = r u(x_i) u(x_j), exactly what was stated.
     With W the matrix of the w this is W R Wᵀ + (I − W Wᵀ), positive semidefinite for every valid R. Components that
     share a cause are one variable in different units: r = 1, or −1 where it moves them in opposite directions.
+
+    Attributes
+    ----------
+    u : list of float
+        Standard uncertainties of the terms.
+    causes : dict of str to list of int
+        Indices of the terms of each cause that several of them share.
+    shared : dict of int to list of int
+        By the index of a term that shares its cause: the indices of all that do.
+    correlated : set of str
+        Names of the inputs in a stated correlation.
+    related : list of int
+        Indices of the m terms that can be correlated with others; each of the rest is independent of all.
+    scatters : list of (list of int, float)
+        Terms whose one scatter is estimated with finite ν, and ν: those of an ensemble, those of a cause, or one alone.
     """
 
-    terms: tuple[Term, ...]
-    ensembles: tuple[Ensemble, ...]
-    stated: dict[tuple[str, str], float]
-
-    @cached_property
-    def u(self) -> Floats:
-        """Standard uncertainties of the terms, shape (n,)."""
-        return np.array([term.component.u for term in self.terms])
-
-    @cached_property
-    def related(self) -> list[int]:
-        """Indices of the m terms that can be correlated with others; each of the rest is independent of all."""
-        if not (self.ensembles or self.causes or self.stated):
-            return []
-        return [
-            row
-            for row, term in enumerate(self.terms)
-            if term.ensemble or row in self.shared or term.input.name in self.correlated
-        ]
+    def __init__(
+        self, terms: Sequence[Term], ensembles: Sequence[Ensemble], stated: Mapping[tuple[str, str], float]
+    ) -> None:
+        self.terms = terms
+        self.ensembles = ensembles
+        self.stated = stated
+        self.u: list[float] = []
+        self.scatters: list[tuple[list[int], float]] = []
+        named: dict[str, list[int]] = {}
+        for row, (_, component, ensemble) in enumerate(terms):
+            self.u.append(component.u)
+            rows = named.setdefault(component.cause, []) if component.cause else []
+            rows.append(row)
+            if component.dof < inf and not ensemble and rows[0] == row:
+                self.scatters.append((rows, component.dof))
+        for one in ensembles:
+            self.scatters.append((self.rows(one.name), one.dof))
+        self.causes = {cause: rows for cause, rows in named.items() if len(rows) > 1}
+        self.shared = {row: rows for rows in self.causes.values() for row in rows}
+        self.correlated = {name for pair in stated for name in pair}
+        self.related: list[int] = []
+        if ensembles or stated or self.causes:
+            self.related = [
+                row
+                for row, term in enumerate(terms)
+                if term.ensemble or row in self.shared or term.input.name in self.correlated
+            ]
 
     @cached_property
     def place(self) -> dict[int, int]:
@@ -64,11 +84,11 @@ class Joint:
     @cached_property
     def correlation(self) -> Floats:
         """Correlation matrix of the related terms, shape (m, m)."""
-        matrix = self.spread([term.component.u for term in self.terms])
+        matrix = self.spread(self.u)
         for ensemble in self.ensembles:
             rows = self.rows(ensemble.name)
             members = [ensemble.members.index(self.terms[row].input.name) for row in rows]
-            scale = np.where(self.u[rows] > 0, self.u[rows], 1.0)
+            scale = [self.u[row] or 1.0 for row in rows]
             block = np.asarray(ensemble.covariance)[np.ix_(members, members)] / np.outer(scale, scale)
             np.fill_diagonal(block, 1.0)
             matrix[self._block(rows, rows)] = block
@@ -106,34 +126,13 @@ class Joint:
         product[self.related] = self.correlation @ parts[self.related]
         return product
 
-    @cached_property
-    def causes(self) -> dict[str, list[int]]:
-        """Indices of the terms of each cause that several of them share."""
-        named = self._grouped(lambda term: term.component.cause)
-        return {cause: rows for cause, rows in named.items() if cause and len(rows) > 1}
-
-    @cached_property
-    def shared(self) -> dict[int, list[int]]:
-        """By the index of a term that shares its cause: the indices of all that do."""
-        return {row: rows for rows in self.causes.values() for row in rows}
-
-    @cached_property
-    def scatters(self) -> tuple[tuple[list[int], float], ...]:
-        """Terms whose one scatter is estimated with finite ν: those of an ensemble, those of a cause, or one alone."""
-        alone = (
-            (self.shared.get(row, [row]), term.component.dof)
-            for row, term in enumerate(self.terms)
-            if not term.ensemble and isfinite(term.component.dof) and self.shared.get(row, [row])[0] == row
-        )
-        return (*alone, *((self.rows(one.name), one.dof) for one in self.ensembles))
-
     def coefficients(self) -> Iterator[tuple[str, str, float]]:
         """Correlation coefficient of each pair of inputs that are correlated: Σ u_a·r_ab·u_b / (u(x_i)·u(x_j))."""
         inputs = [self.terms[row].input.name for row in self.related]
         names = list(dict.fromkeys(inputs))
         at = {name: i for i, name in enumerate(names)}
         weighted = np.zeros((len(names), len(inputs)))
-        weighted[[at[name] for name in inputs], range(len(inputs))] = self.u[self.related]
+        weighted[[at[name] for name in inputs], range(len(inputs))] = [self.u[row] for row in self.related]
         covariance = weighted @ self.correlation @ weighted.T
         rest = [sum(self.u[row] ** 2 for row in self.of_input(name) if row not in self.place) for name in names]
         u = np.sqrt(np.diag(covariance) + rest)
@@ -169,11 +168,6 @@ class Joint:
         """Indices of the terms of an input."""
         return self._of_inputs.get(name, [])
 
-    @cached_property
-    def correlated(self) -> frozenset[str]:
-        """Names of the inputs in a stated correlation."""
-        return frozenset(name for pair in self.stated for name in pair)
-
 
 def _weights(sizes: list[float], rows: list[int]) -> Floats:
     chosen = np.array([sizes[row] for row in rows])
@@ -184,19 +178,20 @@ def joint(knowledge: Knowledge, names: Iterable[str]) -> Joint:
     """Terms of the inputs `names`, in the order of `knowledge`, with the ensembles and correlations among them."""
     wanted = set(names)
     members = {member: ensemble for ensemble in knowledge.ensembles for member in ensemble.members}
-    terms = tuple(
-        term for name, item in knowledge.inputs.items() if name in wanted for term in _terms(item, members.get(name))
-    )
+    terms = []
+    for name, item in knowledge.inputs.items():
+        if name in wanted:
+            if name in members:
+                terms.append(_scatter(item, members[name]))
+            terms += [Term(item, component) for component in item.components]
     stated = {pair: r for pair, r in knowledge.correlations.items() if r != 0 and wanted.issuperset(pair)}
-    ensembles = tuple(ensemble for ensemble in knowledge.ensembles if wanted.intersection(ensemble.members))
+    ensembles = [ensemble for ensemble in knowledge.ensembles if wanted.intersection(ensemble.members)]
     return Joint(terms, ensembles, stated)
 
 
-def _terms(item: Input, ensemble: Ensemble | None) -> Iterator[Term]:
-    if ensemble is not None:
-        row = ensemble.members.index(item.name)
-        scale = sqrt(max(float(ensemble.covariance[row, row]), 0.0))
-        component = Component(ensemble.name, Student(scale, ensemble.dof), ensemble.dof, "A", ensemble.source)
-        yield Term(item, component, ensemble.name)
-    for component in item.components:
-        yield Term(item, component)
+def _scatter(item: Input, ensemble: Ensemble) -> Term:
+    """The part of an input's uncertainty that an ensemble describes."""
+    row = ensemble.members.index(item.name)
+    scale = sqrt(max(float(ensemble.covariance[row, row]), 0.0))
+    component = Component(ensemble.name, Student(scale, ensemble.dof), ensemble.dof, "A", ensemble.source)
+    return Term(item, component, ensemble.name)

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from math import inf, isfinite, nan, sqrt
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -25,8 +23,9 @@ class Namespace(Mapping[str, Any]):
         self.read: set[str] = set()
 
     def __getitem__(self, name: str) -> Any:
+        quantity = self.quantities[name]
         self.read.add(name)
-        return self.quantities[name]
+        return quantity
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.quantities)
@@ -35,8 +34,7 @@ class Namespace(Mapping[str, Any]):
         return len(self.quantities)
 
 
-@dataclass(frozen=True)
-class Linear:
+class Linear(NamedTuple):
     """A measurand at the estimates of its inputs: value, sensitivities c_i = ∂y/∂x_i, and all inputs that it reads.
 
     `failure` is a sentence where the value (then NaN) or a sensitivity does not exist.
@@ -45,7 +43,7 @@ class Linear:
     measurand: Measurand
     value: float
     sensitivities: Mapping[str, float]
-    reads: frozenset[str]
+    reads: Set[str]
     failure: str = ""
 
 
@@ -75,27 +73,24 @@ def linearise(measurands: Sequence[Measurand], knowledge: Knowledge) -> tuple[Li
     -----
     JCGM 100:2008 5.1.3.
     """
-    from uncertainties import ufloat
+    import uncertainties
 
     members = {member for ensemble in knowledge.ensembles for member in ensemble.members}
     quantities: dict[str, Any] = {
-        # The standard deviation of the variable is of no account: only derivatives are read off.
-        name: ufloat(item.value, 1.0) if item.u or name in members else float(item.value)
+        # The standard deviation of the variable is of no account: only derivatives are read off, by the name as tag.
+        name: uncertainties.Variable(item.value, 1.0, name) if item.u or name in members else float(item.value)
         for name, item in knowledge.inputs.items()
     }
-    variables = {id(quantities[name]): name for name in quantities}
-    reads: dict[str, frozenset[str]] = {name: frozenset([name]) for name in quantities}
+    reads: dict[str, Set[str]] = {}
     found = []
     for measurand in measurands:
-        linear = _linear(measurand, quantities, variables, reads)
+        linear = _linear(measurand, quantities, reads)
         reads[measurand.name] = linear.reads
         found.append(linear)
     return tuple(found)
 
 
-def _linear(
-    measurand: Measurand, quantities: dict[str, Any], variables: dict[int, str], reads: dict[str, frozenset[str]]
-) -> Linear:
+def _linear(measurand: Measurand, quantities: dict[str, Any], reads: Mapping[str, Set[str]]) -> Linear:
     namespace = Namespace(quantities)
     failure = ""
     try:
@@ -106,17 +101,16 @@ def _linear(
         text = "The equation has no value at the estimates of its inputs ({error})."
         result, failure = nan, said(text, error=str(error))
     quantities[measurand.name] = result
-    inputs = frozenset().union(*(reads[name] for name in namespace.read))
+    inputs = {name for read in namespace.read for name in reads.get(read, (read,))}
     value = float(getattr(result, "nominal_value", result))
     if not isfinite(value):
         failure = failure or said("The equation has no finite value at the estimates.")
         return Linear(measurand, nan, {}, inputs, failure)
-    derivatives = getattr(result, "derivatives", {})
-    slopes = {variables[id(variable)]: float(slope) for variable, slope in derivatives.items()}
-    undefined = sorted(name for name, slope in slopes.items() if not isfinite(slope))
+    slopes = {variable.tag: float(slope) for variable, slope in getattr(result, "derivatives", {}).items()}
+    undefined = [name for name, slope in slopes.items() if not isfinite(slope)]
     if undefined:
         text = "The derivative with respect to {names:comma} does not exist at the estimates."
-        failure = said(text, names=tuple(undefined))
+        failure = said(text, names=tuple(sorted(undefined)))
         return Linear(measurand, value, {}, inputs, failure)
     return Linear(measurand, value, slopes, inputs)
 
@@ -125,28 +119,31 @@ def _unknown(measurand: Measurand, error: KeyError) -> Fault:
     return Fault(measurand.name, f"an equation that reads {error}", "inputs, or measurands that come before it")
 
 
-@dataclass(frozen=True)
 class Law:
-    """The GUM uncertainty framework applied to all measurands."""
+    """The GUM uncertainty framework applied to all measurands.
 
-    linear: tuple[Linear, ...]
-    joint: Joint
+    Attributes
+    ----------
+    contributions : ndarray
+        Signed c_a·u_a of every measurand (rows) and term (columns).
+    covariance : ndarray
+        Covariance matrix of the outputs, C V Cᵀ (JCGM 102:2011 6.2.1.3).
+    """
 
-    @cached_property
-    def contributions(self) -> Floats:
-        """Signed c_a·u_a of every measurand (rows) and term (columns)."""
-        names = [term.input.name for term in self.joint.terms]
-        slopes = [[line.sensitivities.get(name, 0.0) for name in names] for line in self.linear]
-        return np.array(slopes).reshape(len(self.linear), len(names)) * self.joint.u
-
-    @cached_property
-    def covariance(self) -> Floats:
-        """Covariance matrix of the outputs, C V Cᵀ (JCGM 102:2011 6.2.1.3)."""
-        return np.asarray(self.contributions @ self.joint.times(self.contributions.T))
+    def __init__(self, linear: tuple[Linear, ...], joint: Joint) -> None:
+        self.linear = linear
+        self.joint = joint
+        terms = [(term.input.name, term.component.u) for term in joint.terms]
+        parts = [[line.sensitivities.get(name, 0.0) * u for name, u in terms] for line in linear]
+        self.contributions: Floats = np.array(parts).reshape(len(linear), len(terms))
+        self.covariance: Floats = self.contributions @ joint.times(self.contributions.T)
+        variances = self.covariance.diagonal().tolist()
+        self._u = [nan if line.failure else sqrt(max(one, 0.0)) for line, one in zip(linear, variances, strict=True)]
+        self._freedoms = [self._freedom(row, own) for row, own in enumerate(parts)]
 
     def u(self, row: int) -> float:
         """Combined standard uncertainty (JCGM 100:2008 5.1.2, 5.2.2); NaN where the law fails."""
-        return nan if self.linear[row].failure else sqrt(max(float(self.covariance[row, row]), 0.0))
+        return self._u[row]
 
     def dof(self, row: int) -> tuple[float | None, str]:
         """Effective degrees of freedom; None, with the reason, where they are infinite or undefined.
@@ -158,11 +155,7 @@ class Law:
         """
         return self._freedoms[row]
 
-    @cached_property
-    def _freedoms(self) -> tuple[tuple[float | None, str], ...]:
-        return tuple(self._freedom(row) for row in range(len(self.linear)))
-
-    def _freedom(self, row: int) -> tuple[float | None, str]:
+    def _freedom(self, row: int, parts: list[float]) -> tuple[float | None, str]:
         u = self.u(row)
         if not u > 0:
             reason = self.linear[row].failure or said("the GUM uncertainty framework gives u = 0")
@@ -175,7 +168,7 @@ class Law:
                 names=tuple(culprits),
             )
             return None, said("undefined: {reason}", reason=reason)
-        total = sum((self._variance(row, rows) / u**2) ** 2 / dof for rows, dof in self.joint.scatters)
+        total = sum((self._variance(parts, rows) / u**2) ** 2 / dof for rows, dof in self.joint.scatters)
         if total == 0:
             return None, said("infinite: every contribution is taken as exactly known")
         return 1 / total, ""
@@ -189,12 +182,12 @@ class Law:
         finite = (term.input.name for term in self.joint.terms if isfinite(term.component.dof) and term.component.u)
         return [name for name in dict.fromkeys(finite) if name in active]
 
-    def _variance(self, row: int, rows: list[int]) -> float:
-        """Variance of the sum of a measurand's contributions from some terms."""
+    def _variance(self, parts: list[float], rows: list[int]) -> float:
+        """Variance of the sum of some of a measurand's contributions `parts`."""
         if len(rows) == 1:
-            return float(self.contributions[row, rows[0]]) ** 2
-        parts = self.contributions[row, rows]
-        return float(parts @ self.joint.among(rows) @ parts) if parts.any() else 0.0
+            return parts[rows[0]] ** 2
+        own = np.array([parts[row] for row in rows])
+        return float(own @ self.joint.among(rows) @ own) if own.any() else 0.0
 
     def coverage(self, row: int, probability: float) -> Coverage:
         """Interval y ± k·u with k the quantile of Student's distribution (JCGM 100:2008 G.3, G.6.4)."""
@@ -265,10 +258,10 @@ def coverage_factor(probability: float, dof: float = inf) -> float:
     >>> round(coverage_factor(0.99, 16), 2), round(coverage_factor(0.95), 2)
     (2.92, 1.96)
     """
-    from scipy.special import ndtri, stdtrit
+    import scipy.special
 
     tail = (1 - probability) / 2
-    return -float(stdtrit(dof, tail) if isfinite(dof) else ndtri(tail))
+    return -float(scipy.special.stdtrit(dof, tail) if isfinite(dof) else scipy.special.ndtri(tail))
 
 
 def propagate(measurands: Sequence[Measurand], knowledge: Knowledge) -> Law:
@@ -296,5 +289,5 @@ def propagate(measurands: Sequence[Measurand], knowledge: Knowledge) -> Law:
     JCGM 100:2008 5.1.2, 5.2.2; JCGM 102:2011 6.2.
     """
     linear = linearise(measurands, knowledge)
-    names = frozenset[str]().union(*(line.reads for line in linear))
+    names = {name for line in linear for name in line.reads}
     return Law(linear, joint(knowledge, names))

@@ -142,6 +142,13 @@ def test_law_failure_is_a_value_with_a_sentence():
     assert estimates["root"].advice == ""
 
 
+def test_model_that_asks_for_a_name_with_a_default_reads_what_there_is():
+    inputs = knowledge(quantity("a", 3.0, Normal(1.0)))
+    law = law_of(gum.Measurand("y", lambda q: q["a"] * q.get("factor", 2.0)), inputs)
+    assert law.u(0) == pytest.approx(2.0)
+    assert law.linear[0].reads == {"a"}
+
+
 def test_limit_of_no_uncertainty_at_all():
     y = gum.evaluate([model("2*a")], knowledge(gum.Input("a", 3.0)), seed=1).estimates["y"]
     assert (y.value, y.u, y.monte_carlo.u, y.budget) == (6.0, 0.0, 0.0, ())
