@@ -161,7 +161,13 @@ def judge(search: Search, base: Fit, first: View, view: View) -> Judged:
     forms = search.subject.families(last)
     sharper, floor = _sharper(search, view, forms)
     sharper, found = compressed(sharper, families(sharper, forms, last.used))
-    law, unlisted, instead, lawful = _unlisted(search, view, sharper, found, 1.0 / weights.get(view.effects, 1.0))
+    listed = 1.0 / weights.get(view.effects, 1.0)
+    law, unlisted, instead, lawful = _unlisted(search, view, sharper, found, listed)
+    needed = law is not None and law.log_bayes > FAR
+    if search.subject.is_scarce and law is not None and law.log_bayes > EQUAL:
+        # Beside a law that is there all the same, an effect is what is far larger than all the rest of it.
+        needed, sized = True, [one.of_one_size for one in found]
+        *_, instead, lawful = _unlisted(search, view, sharper, sized, listed, given=unlisted)
     tried = dict.fromkeys(name for one in weights for name in one)
     # Sums that no order of a set moves by a digit (`math.fsum`): another process has another one.
     probability = {name: math.fsum(w for one, w in weights.items() if name in one) for name in tried}
@@ -170,7 +176,7 @@ def judge(search: Search, base: Fit, first: View, view: View) -> Judged:
     alike = _groups(last.effects, exchanged, weights)
     there = {name: math.fsum(likely.get(one, 0.0) for one in group) for name, group in alike.items()}
     # Where an unlisted law is needed all the same, a name has to do far better than another such law in its place.
-    most = logistic(-FAR) if law is not None and law.log_bayes > FAR else LIKELY
+    most = logistic(-FAR) if needed else LIKELY
     unsure = tuple(name for name, group in alike.items() if _any_of(weights, group) <= CERTAIN)
     replaced = tuple(name for name in last.effects if name not in unsure and instead.get(name, 0.0) > most)
     doubtful = (*unsure, *(name for name in alike if name not in (*unsure, *replaced) and there[name] <= CERTAIN))
@@ -351,13 +357,14 @@ def _beside_lines(search: Search, view: View, forms: Sequence[Direction]) -> Lin
 
 
 def _unlisted(
-    search: Search, view: View, sharper: Line, found: Sequence[Family], listed: float
+    search: Search, view: View, sharper: Line, found: Sequence[Family], listed: float, given: float | None = None
 ) -> tuple[Law | None, float, dict[str, float], tuple[WithLaw, ...]]:
     """Best unlisted law, its probability together with any effects of the model, and for each that of a law instead.
 
     Last the unknowns of the base with a law and every part of the model. Only a law of one quantity takes the place of
     an effect, and only where the readings do not refute it. `listed`: evidence of all sets of listed effects over that
-    of the model, each of which a law may be beside as well as beside the model.
+    of the model, each of which a law may be beside as well as beside the model. `given`: probability that a law is
+    there, where it is known: all else is asked of the models with one.
     """
     table, own, free = view.table, view.effects, view.table.free
     simple = [family for family in found if family.is_simple]
@@ -387,10 +394,14 @@ def _unlisted(
         laws[one] = laws_of
     # Of the model without a law, that is.
     over = {one: value - alone for one, value in evidence.items()}
-    instead_of = _probabilities(over, listed)
+    others = listed if given is None else 0.0
+    instead_of = _probabilities(over, others)
     instead = {name: math.fsum(w for one, w in instead_of.items() if name not in one) for name in own}
     over[own], laws[own] = beside + math.log(listed), every
-    weights = _probabilities(over, listed)
+    weights = _probabilities(over, others)
+    if given is not None:
+        odds = math.log(given) - math.log(max(1.0 - given, 1e-300)) + math.log(listed)
+        over = {one: math.log(max(w, 1e-300)) + odds for one, w in weights.items()}
     fitted = [(one, law, over[one] + math.log(part)) for one, w in weights.items() if w > NEGLIGIBLE
               for law, part in zip(laws[one], _shares(laws[one]), strict=True) if w * part > NEGLIGIBLE]  # fmt: skip
     if free is not None:
@@ -424,7 +435,7 @@ def _refuted(sharper: Line, left: float) -> bool:
 
 def _probabilities(over: Mapping[Set, float], others: float) -> dict[Set, float]:
     """Probability of each of some models beside others, of whose evidence together that of the models is given over."""
-    found = _normalised({None: math.log(others), **over})
+    found = _normalised({None: math.log(others), **over} if others > 0 else {**over})
     return {one: w for one, w in found.items() if one is not None}
 
 

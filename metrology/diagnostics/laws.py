@@ -89,6 +89,11 @@ class Family:
         """Whether the law is of one quantity; a force of position and velocity describes any motion without a cause."""
         return self.direction.places is None or self.direction.places.shape[1] == 1
 
+    @property
+    def of_one_size(self) -> Family:
+        """The same laws, all of whose values are of one size."""
+        return replace(self, direction=replace(self.direction, rough=False))
+
 
 def hats(by: Array, knots: Array) -> Array:
     """Straight pieces that are one at a place and none at the others, a column for each, shape (n, h)."""
