@@ -28,7 +28,7 @@ from metrology.diagnostics.search import COARSE, EQUAL
 from metrology.diagnostics.sets import NEGLIGIBLE
 from metrology.diagnostics.subject import Array, Fit, Subject
 from metrology.diagnostics.supported import noise_of, spread, supported
-from metrology.message import Sentence, said
+from metrology.message import Sentence, counted, said
 
 SHOWS = 5.0
 """Distance in standard deviations at which an effect is found nine times in ten at the usual prices."""
@@ -424,8 +424,11 @@ def _sentence(judged: Judged, subject: Subject, causes: tuple[Cause, ...]) -> st
     if judged.verdict == "unexplained":
         fits = tuple(_with_name(subject.candidates[name].title, name) for name in judged.replaced)
         if fits and judged.law is not None and judged.law.log_bayes < FAR and judged.misfit <= COARSE:
-            text = "Something is missing: {effects:comma} would explain it, but so does a law that is not listed."
-            return followed(said(text, effects=fits), remainder)
+            one = "Something is missing: {effects:comma} would explain it, but so does a law that is not listed."
+            many = (
+                "Something is missing: {effects:comma} together would explain it, but so does a law that is not listed."
+            )
+            return followed(counted(one, many, len(fits), effects=fits), remainder)
         return followed(said("Something is missing that no listed effect explains."), remainder)
     missing = followed(said("Missing in the model: {what}.", what=named), remainder, _tails(judged)) if named else ""
     undecided = [group[0] for group in judged.groups if len(group) == 1]
