@@ -17,6 +17,7 @@ from metrology.diagnostics.likelihood import (
     Noise,
     base_places,
     common,
+    effect_places,
     line,
     misfit,
     narrow,
@@ -166,8 +167,10 @@ def judge(search: Search, base: Fit, first: View, view: View) -> Judged:
     needed = law is not None and law.log_bayes > FAR
     if search.subject.is_scarce and law is not None and law.log_bayes > EQUAL:
         # Beside a law that is there all the same, an effect is what is far larger than all the rest of it.
-        needed, sized = True, [one.of_one_size for one in found]
-        *_, instead, lawful = _unlisted(search, view, sharper, sized, listed, given=unlisted)
+        sized = [one.of_one_size for one in found]
+        *_, beside, with_effects = _unlisted(search, view, sharper, sized, listed, given=unlisted)
+        if min(beside.values(), default=1.0) <= logistic(-FAR):
+            needed, instead, lawful = True, beside, with_effects
     tried = dict.fromkeys(name for one in weights for name in one)
     # Sums that no order of a set moves by a digit (`math.fsum`): another process has another one.
     probability = {name: math.fsum(w for one, w in weights.items() if name in one) for name in tried}
@@ -335,13 +338,25 @@ def _sharper(search: Search, view: View, forms: Sequence[Direction]) -> tuple[Li
         level = math.sqrt(cost / max(fit.count - view.line.base.shape[1], 1))
         channels = {one.name: Colour(level, np.array([1.0 / level])) for block in fit.problem.blocks
                     for one in block.segments}  # fmt: skip
-        return line(fit, search.subject.candidates, (), Noise(channels), fit.used), cost
+        return _in_shape(line(fit, search.subject.candidates, (), Noise(channels), fit.used), search), cost
     whole = _beside_lines(search, view, forms)
     every, left = whole.explained_with([one.rows for one in families(whole, forms, fit.used)])
     sought = np.hstack([whole.base, *(one.rows for one in whole.columns if one.direction is None)])
     least = min(misfit(whole, sought, (every, left)), view.noise.misfit)
     # χ² that everything that is known leaves of the readings, as if nothing but noise had been fitted.
     return whole.with_misfit(least), float(left @ left + every.width - orthonormal(sought).shape[1])
+
+
+def _in_shape(found: Line, search: Search) -> Line:
+    """Line of a fit to few readings with its effects in the shapes that were found: far off, no shape is straight."""
+    unknowns, candidates = found.fit.problem.unknowns, search.subject.candidates
+    columns = []
+    for one in found.columns:
+        shapes = {size.name for size in candidates[one.effect].parameters if size.shape}
+        places, _ = effect_places(found.fit, candidates[one.effect])
+        away = [at for at, place in enumerate(places) if unknowns[place].name.split("@")[0] in shapes]
+        columns.append(replace(one, rows=np.delete(one.rows, away, axis=1)))
+    return replace(found, columns=tuple(columns))
 
 
 def _beside_lines(search: Search, view: View, forms: Sequence[Direction]) -> Line:
@@ -381,10 +396,13 @@ def _unlisted(
         if not laws_of:
             return None, 0.0, {}, ()
         law = together(laws_of)
-        likely = log_likelihood(squares + rounding, scarce, wide)
-        likely -= math.fsum(table.members[name].price for name in one)
+        prices = math.fsum(table.members[name].price for name in one)
+        likely = log_likelihood(squares + rounding, scarce, wide) - prices
         if one == own:
-            alone, alone_squares = likely + log_prior(len(one), table.among + 1), squares
+            # A fit ends above its straight line where a size is pressed against a bound.
+            reached = max(squares + rounding, sharper.count - sharper.base.shape[1]) if scarce else squares
+            alone_squares = squares
+            alone = log_likelihood(reached, scarce, wide) - prices + log_prior(len(one), table.among + 1)
             every, _ = of_families(sharper, found, one, few)
             whole = together(every)
             beside = likely + whole.log_bayes + log_prior(len(one) + 1, table.among + 1) - alone
