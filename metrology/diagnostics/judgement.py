@@ -417,6 +417,11 @@ def _unlisted(
     instead = {name: math.fsum(w for one, w in instead_of.items() if name not in one) for name in own}
     over[own], laws[own] = beside + math.log(listed), every
     weights = _probabilities(over, others)
+    unlisted = math.fsum(weights.values())
+    if free is not None:
+        # What is said of the unknowns is of the models that can be given, not of all sets that are like one of them.
+        over[own] = beside
+        weights = _probabilities(over, others)
     if given is not None:
         odds = math.log(given) - math.log(max(1.0 - given, 1e-300)) + math.log(listed)
         over = {one: math.log(max(w, 1e-300)) + odds for one, w in weights.items()}
@@ -428,7 +433,7 @@ def _unlisted(
         # Of laws that all leave more than noise none is true: each that carries much is a guess, as good as it carries.
         fitted = [(own, law, beside + math.log(law.gone)) for law in every if law.log_bayes > FAR] or fitted
     lawful = tuple(WithLaw(one, _named_values(search, sharper, one, law), more) for one, law, more in fitted)
-    return whole, math.fsum(weights.values()), instead, lawful
+    return whole, unlisted, instead, lawful
 
 
 def _has(sharper: Line, law: Law, kept: Set) -> bool:
