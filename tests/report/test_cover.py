@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import replace
+from dataclasses import fields, replace
 from io import BytesIO
 from pathlib import Path
 
@@ -14,6 +14,7 @@ from metrology.findings import Anomaly, AuditRow, Findings, Withheld
 from metrology.language.attention import attention
 from metrology.language.notices import ORDER, brief
 from metrology.report import make
+from metrology.report.document import stated_limits
 
 LONG = "a text that is long enough for several lines of any column of the tables that stand on page 1, " * 3
 
@@ -117,6 +118,18 @@ def test_planted_failed_checks_withheld_verdicts_and_poor_fits_are_each_one_sent
     assert "No verdict on R8: there is no result with an interval." in sentences
     assert any(sentence.startswith("Not passed: zero shift between repeats") for sentence in sentences)
     assert [sentence for sentence in sentences if "scatter more than stated (p < 10⁻⁶)" in sentence]
+
+
+@pytest.mark.long
+def test_law_a_requirement_that_is_not_judged_shows_its_limits(findings: Findings) -> None:
+    judged = next(one for one in findings.conformity if one.lower is not None and one.upper is None)
+    same = {each.name: getattr(judged, each.name) for each in fields(Withheld) if each.name != "reasons"}
+    held = Withheld(**same, reasons=("A check failed.",))
+    others = tuple(one for one in findings.conformity if one is not judged)
+    texts = pages(replace(findings, withheld=(held,), unjudged=(held.requirement,), conformity=others))
+    low, _ = stated_limits(judged)
+    assert f"≥ {low}" in texts[0]
+    assert any(f"Limits: {judged.quantity} ≥ {low}." in text for text in texts[1:])
 
 
 def test_planted_equal_notices_are_one(findings: Findings) -> None:
