@@ -28,8 +28,8 @@ EFFECTS = {
 }  # fmt: skip
 """What the motion knows, with the unit of its size. From `fifth` on: in no table of causes.
 
-`hose` / (N/m) pulls the module back to its start; `slosh` / kg rides on it on a spring; `fading` / (1/s) of the thrust;
-`valve` / (N·s/m) damps the line while it is drawn out and not while it comes back.
+`hose` / (N/m) pulls the module back to its start; `slosh` / kg of its mass moves on a spring; `fading` / (1/s) of the
+thrust; `valve` / (N·s/m) damps the line while it is drawn out and not while it comes back.
 """
 
 
@@ -74,7 +74,7 @@ class Motion:
         self.rig, self.push, self.slips = rig, push, slips
         self.taut, self.slide, self.loop, self.offset, self.thrust = False, 0, 1, 0.0, 0.0
         get = rig.get
-        self.k, self.c, self.m = rig.k, rig.c, rig.m - rig.get("slosh")
+        self.k, self.c, self.m = rig.k, rig.c, rig.m - get("slosh")
         self.cubic, self.fifth, self.c1, self.k1, self.kh = map(
             get, ("cubic", "fifth", "damping", "zener", "hysteresis")
         )

@@ -415,13 +415,12 @@ def _unlisted(
     others = listed if given is None else 0.0
     instead_of = _probabilities(over, others)
     instead = {name: math.fsum(w for one, w in instead_of.items() if name not in one) for name in own}
-    over[own], laws[own] = beside + math.log(listed), every
+    laws[own] = every
+    everywhere = {**over, own: beside + math.log(listed)}
+    unlisted = math.fsum(_probabilities(everywhere, others).values())
+    # Of few readings, the unknowns are those of the models that can be given, not of all sets like one of them.
+    over = everywhere if free is None else {**over, own: beside}
     weights = _probabilities(over, others)
-    unlisted = math.fsum(weights.values())
-    if free is not None:
-        # What is said of the unknowns is of the models that can be given, not of all sets that are like one of them.
-        over[own] = beside
-        weights = _probabilities(over, others)
     if given is not None:
         odds = math.log(given) - math.log(max(1.0 - given, 1e-300)) + math.log(listed)
         over = {one: math.log(max(w, 1e-300)) + odds for one, w in weights.items()}

@@ -415,7 +415,7 @@ def sizes_of_blocks(fit: Fit, size: Size, blocks: Sequence[str], spread: Array) 
     size : Size
         Of which the unknowns are named ``'size@block'``.
     blocks : sequence of str
-        Names, in the order in which they are told.
+        Names, in the order of the words.
     spread : array, shape (p,)
         Standard uncertainty of every unknown of the fit.
 

@@ -35,7 +35,9 @@ def test_law_a_line_has_one_frequency_and_turns(frequencies: tuple[float, ...], 
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(("size", "named", "group"), [(0.12, (), {"drift", "hop"}), (0.2, ("hop",), set())])
+@pytest.mark.parametrize(
+    ("size", "named", "group"), [(0.12, (), {"drift", "hop"}), (0.2, ("hop",), set()), (0.3, ("hop",), set())]
+)
 def test_planted_steps_too_small_to_be_taken_out_are_no_drift(size: float, named: tuple[str], group: set[str]) -> None:
     """Steps of a part of the noise of a reading."""
     test, _ = decayed("peek", 4, {}, count=3)
