@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from copy import copy
 from dataclasses import replace
 
 import numpy as np
@@ -39,13 +40,15 @@ from metrology.estimation import Unknown
 from metrology.message import said
 from metrology.rig import Rig
 
-HORIZONS = (0.15, 0.3, 0.6)
+BEGINNINGS = (0.15, 0.3, 0.6)
 """Parts of the records to which a poor model is fitted first, so that no swing is taken for the one beside it."""
 BESIDE = 0.05
 """Part of the decay's frequency about each of its multiples within which a line is one that the decay itself makes."""
 INF = math.inf
 OUTLASTS = 1 / 3
 """Part of the decay's rate below which a line outlasts it: where e⁻³ of the decay is left, there is e⁻¹ of the line."""
+USUAL = 3000
+"""Readings of a motion with forces that take as long as a usual test of response, with their derivatives: 60 ms."""
 OFF = 4.0
 """Ratio to m·ω² within which k lies: a law that bends a spring so far moves the frequency by half, which is seen."""
 BoolArray = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
@@ -218,6 +221,17 @@ class Decay:
     # ---- as the engine takes it ---------------------------------------------------------------------------------
     def subject(self, sample: str = "") -> Plain:
         """As the engine takes it."""
+        return replace(
+            self._posed(sample), beginnings=tuple(self._beginning(part)._posed(sample) for part in BEGINNINGS)
+        )
+
+    def _beginning(self, part: float) -> Decay:
+        """The same test on a first part of every record."""
+        found = copy(self)
+        found.records = [one.beginning(part) for one in self.records]
+        return found
+
+    def _posed(self, sample: str) -> Plain:
         common = (
             Unknown("k", self.k, self.k * 1e-3, self.k / OFF, self.k * OFF, unit=self.units["k"]),
             Unknown(
@@ -235,11 +249,16 @@ class Decay:
             reasons["slack"] = said("the records are of an angle; a slack line is sought in a position")
         return Plain(
             sample, "decay", self.table(), blocks, common, own, self.predict, self.trials, reasons, self.gap,
-            self.pictures, sweep=self.sweep, slopes=self.slopes, horizons=HORIZONS, suggested=self.suggested,
-            has_repeats=self.releases > 1, forms=self.families, floor=self.floor,
+            self.pictures, sweep=self.sweep, slopes=self.slopes, suggested=self.suggested,
+            dear=self.dear, has_repeats=self.releases > 1, forms=self.families, floor=self.floor,
             slow=tuple(Slow(tuple(f"{level}@{one.name}" for level in one.levels[1:]), len(one.t), one.rounding)
                        for one in self.records),
         )  # fmt: skip
+
+    @property
+    def dear(self) -> float:
+        """What a derivative costs over one of a usual test of response: by its readings."""
+        return max(1.0, sum(len(one.t) for one in self.records) / USUAL)
 
     @property
     def floor(self) -> float:

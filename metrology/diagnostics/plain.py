@@ -39,10 +39,10 @@ class Readings:
     phases: Sequence[tuple[str, Marks]] = ()
     channels: Sequence[tuple[str, int]] = ()
 
-    def segments(self, count: int) -> tuple[Segment, ...]:
-        """Rows of each channel among the first `count` readings."""
+    def segments(self) -> tuple[Segment, ...]:
+        """Rows of each channel."""
         if not self.channels:
-            return (Segment(self.channel, 0, count),)
+            return (Segment(self.channel, 0, len(self.y)),)
         ends = np.cumsum([0, *(many for _, many in self.channels)]).tolist()
         return tuple(Segment(name, *ends[at : at + 2]) for at, (name, _) in enumerate(self.channels))
 
@@ -99,9 +99,11 @@ class Plain:
     slopes : callable, optional
         Takes the number of a block, the values and its unknowns; returns the derivatives of the readings, shape
         (p, n), or None. Without it they are central differences.
-    horizons : tuple of float
-        First parts of every block to which a model that begins far off is fitted before it is fitted to all. A model
-        without them is straight in its unknowns and cannot lose the readings.
+    beginnings : tuple of Plain
+        The same on growing first parts of every block, to which a model that begins far off is fitted before it is
+        fitted to all. A model without them is straight in its unknowns and cannot lose the readings.
+    dear : float
+        What a derivative costs over one of a usual test of response.
     suggested : callable, optional
         Takes effects; returns values to begin from where a model begins far off.
     floor : float
@@ -137,7 +139,8 @@ class Plain:
     drawn: Callable[[Fit, Fit | None], tuple[Picture, ...]] = lambda _before, _after: ()
     sweep: Callable[[int, Sequence[Mapping[str, float]]], Sequence[Array | None]] | None = None
     slopes: Callable[[int, Mapping[str, float], Sequence[Unknown]], Array | None] | None = None
-    horizons: tuple[float, ...] = ()
+    beginnings: tuple[Plain, ...] = ()
+    dear: float = 1.0
     suggested: Callable[[Sequence[str]], Mapping[str, float]] = lambda _effects: {}
     floor: float = 0.0
     is_scarce: bool = False
@@ -172,21 +175,22 @@ class Plain:
         u = self.scatters.get(size.name)
         return entry if u is None else replace(entry, mean=0.0, u=u)
 
-    def problem(self, effects: Sequence[str], values: Mapping[str, float], *, part: float = 1.0) -> Problem:
-        """Weighted problem of the model with these effects; shapes that are not sought come from `values`.
+    @property
+    def count(self) -> int:
+        """Readings of all blocks."""
+        return sum(len(data.y) for data in self.blocks)
 
-        `part`: the first part of each block that is looked at.
-        """
+    def problem(self, effects: Sequence[str], values: Mapping[str, float]) -> Problem:
+        """Weighted problem of the model with these effects; shapes that are not sought come from `values`."""
         unknowns = self.unknowns(effects, values)
         names = {size.name for name in effects for size in self.candidates[name].parameters}
         fixed = {name: values[name] for name in names if name in values and all(one.name != name for one in unknowns)}
-        blocks = (self._block(at, unknowns, fixed, part) for at in range(len(self.blocks)))
+        blocks = (self._block(at, unknowns, fixed) for at in range(len(self.blocks)))
         return Problem(unknowns, tuple(blocks))
 
-    def _block(self, at: int, unknowns: tuple[Unknown, ...], fixed: Mapping[str, float], part: float) -> Block:
+    def _block(self, at: int, unknowns: tuple[Unknown, ...], fixed: Mapping[str, float]) -> Block:
         data, many = self.blocks[at], self.sweep or self._one_by_one
-        count = max(math.ceil(part * len(data.y)), min(len(data.y), 2 * len(unknowns)))
-        y, u = data.y[:count], data.u[:count]
+        y, u = data.y, data.u
         uses = tuple(
             place
             for place, entry in enumerate(unknowns)
@@ -201,12 +205,12 @@ class Plain:
 
         def residuals(local: Array) -> Array | None:
             (model,) = many(at, [named(local)])
-            return None if model is None else (y - model[:count]) / u
+            return None if model is None else (y - model) / u
 
         def derivatives(local: Array) -> Array | None:
             if self.slopes is not None:
                 moving = self.slopes(at, named(local), [unknowns[place] for place in uses])
-                return None if moving is None else np.asarray(-(moving[:, :count] / u).T, dtype=float)
+                return None if moving is None else np.asarray(-(moving / u).T, dtype=float)
             ends = np.tile(local, (2 * len(local), 1))
             rows = np.arange(len(local))
             ends[2 * rows, rows], ends[2 * rows + 1, rows] = (
@@ -217,21 +221,24 @@ class Plain:
             found = many(at, [named(end) for end in ends])
             if any(model is None for model in found) or (apart == 0).any():
                 return None
-            moved = np.array([model[:count] for model in found if model is not None])
+            moved = np.array([model for model in found if model is not None])
             return np.asarray(((moved[::2] - moved[1::2]) / apart[:, None] / u).T, dtype=float)
 
         log_u = float(np.log(u * math.sqrt(2 * math.pi)).sum())
-        return Block(data.name, uses, residuals, derivatives, data.segments(count), count, log_u)
+        return Block(data.name, uses, residuals, derivatives, data.segments(), len(y), log_u)
 
     def _one_by_one(self, at: int, many: Sequence[Mapping[str, float]]) -> list[Array | None]:
         return [self.predict(at, values) for values in many]
 
-    def _begun(self, effects: tuple[str, ...], values: Mapping[str, float]) -> Problem:
-        """Problem with starts that fit: where these are far off, from growing parts of the blocks."""
-        posed = self.problem(effects, values)
+    def _begun(self, effects: tuple[str, ...], values: Mapping[str, float]) -> tuple[Problem, float]:
+        """Problem with starts that fit: where these are far off, from growing parts of the blocks.
+
+        With the derivatives that it took, in those of whole blocks.
+        """
+        posed, steps = self.problem(effects, values), 0.0
         point = evaluate(posed, posed.start)
-        if not self.horizons or (point is not None and not self._is_far(point.residuals)):
-            return posed
+        if not self.beginnings or (point is not None and not self._is_far(point.residuals)):
+            return posed, steps
         if point is None:
             # What the straight line suggests runs away: begin without the effects.
             nulls = {
@@ -239,49 +246,57 @@ class Plain:
             }
             values = {**values, **nulls}
         values = {**values, **self.suggested(effects)}
-        for part in self.horizons:
-            solution = solve(self.problem(effects, values, part=part), close=0.1, steps=15)
+        for beginning in self.beginnings:
+            solution = solve(beginning.problem(effects, values), close=0.1, steps=15)
+            steps += solution.steps * beginning.count / self.count
             if solution.point is None:
-                return posed
+                return posed, steps
             sought = {entry.name: float(one) for entry, one in zip(posed.unknowns, solution.point.theta, strict=True)}
             values = {**values, **sought}
         grown = self.problem(effects, values)
         there = evaluate(grown, grown.start)
-        return posed if there is None or (point is not None and there.cost > point.cost) else grown
+        return posed if there is None or (point is not None and there.cost > point.cost) else grown, steps
 
     def is_far(self, effects: tuple[str, ...], values: Mapping[str, float]) -> bool:
         """Whether the model with these values has nothing to do with the readings."""
-        posed = self.problem(effects, values)
+        return self._begins_far(self.problem(effects, values))
+
+    def _begins_far(self, posed: Problem) -> bool:
         point = evaluate(posed, posed.start)
         return point is None or self._is_far(point.residuals)
 
-    def glance(self, effects: tuple[str, ...], values: Mapping[str, float]) -> float:
+    def glance(self, effects: tuple[str, ...], values: Mapping[str, float]) -> tuple[float, float]:
         """Cost for each reading of the first part of the blocks, fitted from what their motion suggests."""
-        part = self.horizons[0] if self.horizons else 1.0
-        posed = self.problem(effects, {**values, **self.suggested(effects)}, part=part)
+        beginning = next(iter(self.beginnings), self)
+        posed = beginning.problem(effects, {**values, **self.suggested(effects)})
         solution = solve(posed, close=0.1, steps=15)
-        return math.inf if solution.point is None else solution.point.cost / posed.count
+        found = math.inf if solution.point is None else solution.point.cost / posed.count
+        return found, solution.steps * self.dear * beginning.count / self.count
 
     def fit(self, effects: tuple[str, ...], starts: Sequence[Mapping[str, float]]) -> Fit | None:
         """Best of the optima from these starts."""
         best: Fit | None = None
+        steps = 0.0
         # A law in the place of another was not tried by the straight line, place by place.
         first = {size.name: size.null for name in effects for size in self.candidates[name].parameters if size.held}
         for begun in map(rounded, starts or ({},)):
             values = {**first, **begun}
-            posed = self._begun(effects, values)
-            solution = solve(posed, close=CLOSE, steps=40)
+            posed, before = self._begun(effects, values)
+            # What loses the readings also from the beginnings on is only looked at: from there no search leads back.
+            lost = bool(before) and self._begins_far(posed)
+            solution = solve(posed, close=0.1 if lost else CLOSE, steps=15 if lost else 40)
+            steps += before + solution.steps
             point, here = solution.point, solution.slope
             if point is None or here is None or solution.status == "failed":
                 continue
             used = tuple(np.ones(len(part), dtype=bool) for part in point.residuals)
             found = Fit(
                 effects, posed, point.theta, point.residuals, here.blocks, here.information, point.penalty,
-                point.residuals, used, self._held(effects, posed, values),
+                point.residuals, used, self._held(effects, posed, values), dear=self.dear,
             )  # fmt: skip
             if best is None or found.cost < best.cost:
                 best = found
-        return best
+        return None if best is None else replace(best, steps=steps)
 
     def finished(self, fit: Fit) -> Fit:
         """Return a fit carried on to its last digit."""
@@ -311,7 +326,7 @@ class Plain:
 
     def loses(self, fit: Fit) -> bool:
         """Whether a fit is so far from the readings that a straight line through it says nothing."""
-        return bool(self.horizons) and self._is_far(fit.full)
+        return bool(self.beginnings) and self._is_far(fit.full)
 
     def _is_far(self, residuals: Sequence[Array]) -> bool:
         squares = sum(float(np.sum(part**2)) for part in residuals)
@@ -383,7 +398,7 @@ class Plain:
         """Parts of each block, as stated with the readings."""
         found: dict[tuple[str, str], Sequence[tuple[str, Marks]]] = {}
         for data in self.blocks:
-            for one in data.segments(len(data.y)):
+            for one in data.segments():
                 whole = [("all", np.ones(one.last - one.first, dtype=bool))]
                 found[data.name, one.name] = data.phases or whole
         return found

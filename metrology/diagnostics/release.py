@@ -162,6 +162,16 @@ class Record:
                 rows = np.column_stack([rows, beside / np.abs(beside).max()])
         return np.ascontiguousarray(rows.T)
 
+    def beginning(self, part: float) -> Record:
+        """Return a first part of the record, one period at least, with the same slow motion."""
+        some = slice(max(math.ceil(part * len(self.t)), min(len(self.t), PER_PERIOD)))
+        found = replace(
+            self, t=self.t[some], y=self.y[some], u=self.u[some], nodes=self.nodes[:, some],
+            weights=self.weights[:, some], steps=tuple((hop, later[some]) for hop, later in self.steps),
+        )  # fmt: skip
+        vars(found)["slow"] = self.slow[:, some]
+        return found
+
     @property
     def levels(self) -> tuple[str, ...]:
         """Names of the coefficients of `slow`."""

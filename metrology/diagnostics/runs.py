@@ -134,7 +134,7 @@ class Response:
         model = Model(rig, self.runs, layout)
         return settling.is_far(model, self._begun(model, {**self.start, **values}))
 
-    def glance(self, effects: tuple[str, ...], values: Mapping[str, float]) -> float:
+    def glance(self, effects: tuple[str, ...], values: Mapping[str, float]) -> tuple[float, float]:
         """Cost for each reading of the first moments after contact, fitted from the stated values."""
         rig, layout = self.layout(effects, values)
         model = Model(rig, self.runs, layout)

@@ -277,12 +277,14 @@ class Search:
                   and self.is_open(here.effects, name)}  # fmt: skip
         new = [one for one in wanted if one not in self.glances]
         with ThreadPoolExecutor(self.workers) as pool:
-            self.glances |= zip(new, pool.map(lambda one: self._glance(here, wanted[one]), new), strict=True)
+            found = list(pool.map(lambda one: self._glance(here, wanted[one]), new))
+        self.glances |= {one: value for one, (value, _) in zip(new, found, strict=True)}
+        self.spent += int(math.fsum(steps for _, steps in found)) // USUAL
         ranked = sorted((one for one in wanted if one not in self.fits), key=lambda one: self.glances[one])
         return [one for one in ranked if math.isfinite(self.glances[one])][:AT_ONCE]
 
-    def _glance(self, here: View, name: str) -> float:
-        """Glance at the fit with one effect more."""
+    def _glance(self, here: View, name: str) -> tuple[float, float]:
+        """Glance at the fit with one effect more: its cost for each reading, and the derivatives that it took."""
         member, size = here.table.members.get(name), self.subject.candidates[name].size
         trial = member.column.direction.values if member and member.column.direction else {}
         shape = {one: value for one, value in trial.items() if one != size.name}
@@ -411,7 +413,7 @@ class Search:
         order += sorted(wanted - here.effects)
         smaller = self._smaller(wanted)
         best: Fit | None = None
-        steps = 0
+        steps = 0.0
         for values in self._near(tuple(order), self._starts(here, wanted, smaller)):
             fit = self.subject.fit(tuple(order), [values])
             steps += 0 if fit is None else fit.steps

@@ -37,6 +37,11 @@ class Model:
     runs: Sequence[MeasuredRun]
     layout: Layout
 
+    @property
+    def count(self) -> int:
+        """Readings of the whole runs."""
+        return sum(int(run.used(name).sum()) for run in self.runs for name in run.channels)
+
     def seen(self, theta: Array, view: View) -> tuple[Problem, list[Mask]] | None:
         """Problem in a view, with the readings that carry weight at these values; None without an answer."""
         use = masks(self.rig, self.runs, self.layout, theta, view)
@@ -61,21 +66,25 @@ def is_far(model: Model, theta: Array) -> bool:
     return seen is None or point is None or point.chi_squared > LOST * seen[0].count
 
 
-def grown(model: Model, theta: Array) -> tuple[Array, int]:
+def grown(model: Model, theta: Array) -> tuple[Array, float]:
     """Values from which the whole runs can be followed, and the derivatives that it took."""
-    total = 0
+    total = 0.0
     for view in _horizons(model, HORIZONS):
         theta, steps = _followed(model, theta, view)
         total += steps
     return theta, total
 
 
-def glanced(model: Model, theta: Array) -> float:
-    """Cost for each reading of the first moments after contact, fitted from `theta` on; infinite without an answer."""
-    views = _horizons(model, GLANCE)
+def glanced(model: Model, theta: Array) -> tuple[float, float]:
+    """Cost for each reading of the first moments after contact, fitted from `theta` on; infinite without an answer.
+
+    With the derivatives that it took.
+    """
+    views, total = _horizons(model, GLANCE), 0.0
     for view in views:
-        theta, _ = _followed(model, theta, view)
-    return model.mean_cost(theta, views[-1])
+        theta, steps = _followed(model, theta, view)
+        total += steps
+    return model.mean_cost(theta, views[-1]), total
 
 
 def _horizons(model: Model, horizons: Sequence[float]) -> list[View]:
@@ -85,14 +94,19 @@ def _horizons(model: Model, horizons: Sequence[float]) -> list[View]:
     return [replace(FIRST[0], until=contact + periods * period) for periods in horizons]
 
 
-def _followed(model: Model, theta: Array, view: View) -> tuple[Array, int]:
-    """Values after a search in one view that only prepares another, and the derivatives that it took."""
+def _followed(model: Model, theta: Array, view: View) -> tuple[Array, float]:
+    """Values after a search in one view that only prepares another, and the derivatives that it took.
+
+    In those of whole runs: of their beginnings alone they take as much less time as these have fewer readings.
+    """
     _, close, steps = FIRST
     seen = model.seen(theta, view)
-    solution = solve(seen[0], theta, close=close, steps=steps, enough=ENOUGH) if seen else None
-    if solution is None or solution.point is None:
-        return theta, 0
-    return solution.point.theta, solution.steps
+    if seen is None:
+        return theta, 0.0
+    solution = solve(seen[0], theta, close=close, steps=steps, enough=ENOUGH)
+    if solution.point is None:
+        return theta, 0.0
+    return solution.point.theta, solution.steps * seen[0].count / model.count
 
 
 def _first_contact(rig: Rig, measured: MeasuredRun) -> float:
@@ -111,7 +125,7 @@ class Settled:
 
     theta: Array
     spent: bool
-    steps: int
+    steps: float
 
 
 def led(model: Model, theta: Array, far: Array) -> Settled:
@@ -134,7 +148,7 @@ def settled(model: Model, theta: Array, *, known: bool = False) -> Settled:
     The readings beside a contact carry no weight: the search ends when they are those of the search before. Where they
     lead it from contact to contact, to ever worse ones, the best place that it passed counts, its start among them.
     """
-    spent, last, steps_taken = False, None, 0
+    spent, last, steps_taken = False, None, 0.0
     best = theta, model.mean_cost(theta), False
     for view, close, steps in (*(SETTLE[-1:] if known else SETTLE), *AGAIN * SETTLE[-1:]):
         seen = model.seen(theta, view)

@@ -51,8 +51,8 @@ class Fit:
         Parameters of the effects that the fit held, such as the place of a slip.
     spent : bool
         Whether the search used up its steps before it converged.
-    steps : int
-        Derivatives that the search took.
+    steps : float
+        Derivatives that the search took, in those of whole blocks.
     dear : float
         What one of them costs over one of the cheapest model, counted, so that it is the same on every machine.
     """
@@ -68,7 +68,7 @@ class Fit:
     used: tuple[Marks, ...]
     shapes: Mapping[str, float] = field(default_factory=dict)
     spent: bool = False
-    steps: int = 0
+    steps: float = 0
     dear: float = 1.0
 
     @property
@@ -278,11 +278,11 @@ class Subject(Protocol):
     def is_far(self, effects: tuple[str, ...], values: Mapping[str, float]) -> bool:
         """Whether the model with these effects and values has nothing to do with the readings."""
 
-    def glance(self, effects: tuple[str, ...], values: Mapping[str, float]) -> float:
-        """Cost for each reading of a model that is fitted to the first moments alone.
+    def glance(self, effects: tuple[str, ...], values: Mapping[str, float]) -> tuple[float, float]:
+        """Cost for each reading of a model that is fitted to the first moments alone, and the derivatives that it took.
 
         It compares models where no straight line does. The fit begins with a usual amount of each effect, in the shapes
-        of `values`; infinite without an answer.
+        of `values`; its cost is infinite without an answer.
         """
 
     def where(self, fit: Fit, name: str, spread: Array) -> str:
