@@ -168,9 +168,12 @@ def compressed(line: Line, found: Sequence[Family]) -> tuple[Line, list[Family]]
     """Return a line and families turned so that no row is without a column: all that is asked of them is the same."""
     own = [one for one in line.columns if one.direction is None]
     parts = [line.base, *(one.rows for one in own), *(one.rows for one in found), line.residual[:, None]]
-    whole = np.zeros((0, sum(part.shape[1] for part in parts)))
-    for chunk in chunks(parts):
-        whole = np.asarray(np.linalg.qr(np.vstack([whole, chunk]), mode="r"))
+    width, some = sum(part.shape[1] for part in parts), []
+    for seen, chunk in chunks(parts):
+        triangle = np.linalg.qr(chunk, mode="r")
+        some.append(np.zeros((len(triangle), width)))
+        some[-1][:, seen] = triangle
+    whole = np.asarray(np.linalg.qr(np.vstack(some), mode="r"))
     base, *rows, residual = np.split(whole, np.cumsum([part.shape[1] for part in parts])[:-1], axis=1)
     columns = tuple(replace(one, rows=part) for one, part in zip(own, rows[: len(own)], strict=True))
     turned = [replace(one, rows=part) for one, part in zip(found, rows[len(own) :], strict=True)]

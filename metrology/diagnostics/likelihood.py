@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from metrology.diagnostics.candidate import Candidate
 from metrology.diagnostics.subject import Array, Blocks, Direction, Fit, Marks, Slow
@@ -21,6 +22,7 @@ from metrology.estimation.covariance import spread
 from metrology.estimation.priors import WIDER
 from metrology.noise import PLACES, WHITE, Colour, colour
 
+Places = NDArray[np.int64]
 RANK = 1e-9
 """Part of a column below which what others leave of it is rounding."""
 RESOLVED = 1e-5
@@ -64,10 +66,10 @@ class Noise:
         return whole
 
 
-def noise(fit: Fit, residuals: Blocks, floor: float = 0.0, taken: Array | None = None) -> Noise:
+def noise(fit: Fit, residuals: Blocks, floor: float = 0.0, taken: Span | None = None) -> Noise:
     """Colour of every channel from residuals, all blocks together.
 
-    `taken`: orthonormal columns that were taken out of them, shape (n, q), readings stacked.
+    `taken`: what was taken out of them, readings stacked.
     """
     parts: dict[str, list[Array]] = {}
     along: dict[str, list[Array]] = {}
@@ -78,7 +80,7 @@ def noise(fit: Fit, residuals: Blocks, floor: float = 0.0, taken: Array | None =
             parts.setdefault(segment.name, []).append(part[rows] * used[rows])
             here = next(stacked)
             if taken is not None:
-                along.setdefault(segment.name, []).append(taken[here])
+                along.setdefault(segment.name, []).append(taken.rows(here))
     return Noise({name: colour(own, floor, along.get(name, ())) for name, own in parts.items()})
 
 
@@ -147,6 +149,11 @@ class Line:
         return taken, self.residual - taken.part(self.residual)
 
     @cached_property
+    def spectra(self) -> tuple[Spectrum, ...]:
+        """Spectra of what everything in the line leaves, and took, of each channel of each block."""
+        return _spectra(self.fit, *self.explained)
+
+    @cached_property
     def left(self) -> tuple[Array, ...]:
         """Rows of each column less their part within the base."""
         if not self.columns:
@@ -179,6 +186,14 @@ class Line:
 
 
 @dataclass(frozen=True)
+class Spectrum:
+    """Of one record: power of what is left, and what the columns that were taken out of white noise had of it."""
+
+    left: Array
+    absorbed: Array
+
+
+@dataclass(frozen=True)
 class Span:
     """Orthonormal columns that span others, formed for some rows at a time: all at once they fill gigabytes.
 
@@ -199,8 +214,14 @@ class Span:
         return int(self.turn.shape[1])
 
     def rows(self, at: slice) -> Array:
-        """Some rows of the orthonormal columns."""
-        return np.asarray(np.hstack([one[at] for one in self.columns]) @ self.turn)
+        """Some rows, turned among themselves: sums of squares of what is linear in each column stay as they are.
+
+        As many columns as are not zero in these rows, where that is fewer: what belongs to one block is zero elsewhere.
+        """
+        seen, part = _seen([one[at] for one in self.columns])
+        if len(seen) >= self.width:
+            return np.asarray(part @ self.turn[seen])
+        return np.asarray(part @ np.linalg.qr(self.turn[seen].T, mode="r").T)
 
     def part(self, vector: Array) -> Array:
         """Part of a vector, shape (n,), within the span."""
@@ -210,19 +231,35 @@ class Span:
         return np.asarray(sum((one @ amount for one, amount in parts), np.zeros(len(vector))))
 
 
-def chunks(columns: Sequence[Array]) -> Iterator[Array]:
-    """Columns of equal length side by side, `CHUNK` rows at a time."""
+def chunks(columns: Sequence[Array]) -> Iterator[tuple[Places, Array]]:
+    """Columns of equal length side by side, `CHUNK` rows at a time: which of them are not zero there, and these."""
     for first in range(0, len(columns[0]), CHUNK):
-        yield np.hstack([one[first : first + CHUNK] for one in columns])
+        yield _seen([one[first : first + CHUNK] for one in columns])
+
+
+def _seen(columns: Sequence[Array]) -> tuple[Places, Array]:
+    """Which of some columns side by side are not zero, and these: every block has columns of its own."""
+    masks = [one.any(axis=0) for one in columns]
+    parts = [one if mask.all() else one[:, mask] for one, mask in zip(columns, masks, strict=True)]
+    return np.flatnonzero(np.concatenate(masks)), np.hstack(parts)
 
 
 def spanned(columns: tuple[Array, ...]) -> Span:
     """Span of columns, as `orthonormal` finds it."""
     from scipy.linalg import solve_triangular
 
-    turn = _turn(sum((part.T @ part for part in chunks(columns)), np.zeros(())))
-    squares = (once.T @ once for once in (part @ turn for part in chunks(columns)))
-    lower = np.linalg.cholesky(sum(squares, np.zeros(())))
+    width = sum(one.shape[1] for one in columns)
+    gram = np.zeros((width, width))
+    for seen, part in chunks(columns):
+        gram[np.ix_(seen, seen)] += part.T @ part
+    turn = _turn(gram)
+    squares = np.zeros((turn.shape[1], turn.shape[1]))
+    for seen, part in chunks(columns):
+        # In as few columns as are not zero there.
+        ways, triangle = np.linalg.qr(turn[seen].T)
+        once = part @ triangle.T
+        squares += ways @ (once.T @ once) @ ways.T
+    lower = np.linalg.cholesky(squares)
     return Span(columns, np.asarray(solve_triangular(lower, turn.T, lower=True).T))
 
 
@@ -367,11 +404,12 @@ def misfit(full: Line, sought: Array, explained: tuple[Span, Array] | None = Non
     explained : (Span, ndarray of shape (n + p,)), optional
         Span of a longer list than the line's own, and the residual beside it.
     """
-    taken, left = explained or full.explained
+    taken, _ = explained or full.explained
+    spectra = _spectra(full.fit, *explained) if explained else full.spectra
     Q = orthonormal(sought)
     over = power = 0.0
-    for rows in _segments(full.fit):
-        weight, here = _spectral(Q[rows], left[rows], taken.rows(rows), taken.width)
+    for rows, spectrum in zip(_segments(full.fit), spectra, strict=True):
+        weight, here = _spectral(Q[rows], spectrum, taken.width)
         over += float((weight * here).sum())
         power += float(weight.sum())
     # Known to some per cent; rounded, it is the same on every processor.
@@ -393,16 +431,14 @@ def narrow(full: Line, lines: Sequence[Array], whole: float) -> tuple[tuple[slic
     whole : float
         Misfit where all unknowns act.
     """
-    taken, left = full.explained
     found = []
-    for part in _segments(full.fit):
+    for part, spectrum in zip(_segments(full.fit), full.spectra, strict=True) if lines else ():
         own = np.zeros((part.stop - part.start, 0))
-        along = taken.rows(part) if lines else own
         for rows in lines:
             columns = rows[part][:, rows[part].any(axis=0)]
             if not columns.shape[1]:
                 continue
-            weight, here = _spectral(orthonormal(columns), left[part], along, ABOUT)
+            weight, here = _spectral(orthonormal(columns), spectrum, ABOUT)
             factor = round(float((weight * here).sum() / weight.sum()), PLACES) / whole
             if factor > 1.0:
                 about = _about(columns)
@@ -428,17 +464,25 @@ def _segments(fit: Fit) -> list[slice]:
     return found
 
 
-def _spectral(Q: Array, left: Array, taken: Array, bins: int) -> tuple[Array, Array]:
+def _spectra(fit: Fit, taken: Span, left: Array) -> tuple[Spectrum, ...]:
+    """Spectra of what is left, and of what was taken, of each channel of each block."""
+    return tuple(Spectrum(_periodogram(left[rows, None]), _periodogram(taken.rows(rows))) for rows in _segments(fit))
+
+
+def _periodogram(columns: Array) -> Array:
+    """Periodograms of the columns of one record, added up."""
+    return np.asarray((np.abs(np.fft.rfft(columns, axis=0)) ** 2).sum(axis=1) / len(columns))
+
+
+def _spectral(Q: Array, record: Spectrum, bins: int) -> tuple[Array, Array]:
     """Power of the unknowns by frequency in one record, and smoothed power of what is left."""
     weight = (np.abs(np.fft.rfft(Q, axis=0)) ** 2).sum(axis=1)
-    absorbed = (np.abs(np.fft.rfft(taken, axis=0)) ** 2).sum(axis=1) / len(left)
-    found = np.abs(np.fft.rfft(left)) ** 2 / len(left)
-    width = min(2 * max(bins, 1) + 1, len(found))
+    width = min(2 * max(bins, 1) + 1, len(record.left))
     kernel = np.ones(width)
-    inside = np.convolve(np.ones(len(found)), kernel, "same")
-    smooth = np.convolve(found, kernel, "same") / inside
+    inside = np.convolve(np.ones(len(record.left)), kernel, "same")
+    smooth = np.convolve(record.left, kernel, "same") / inside
     # Of the two degrees of freedom of a bin, those that the fit took are not in what it leaves.
-    free = 1.0 - np.convolve(absorbed, kernel, "same") / inside
+    free = 1.0 - np.convolve(record.absorbed, kernel, "same") / inside
     return weight, smooth / np.maximum(free, 0.3)
 
 

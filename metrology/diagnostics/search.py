@@ -16,13 +16,13 @@ from metrology.diagnostics.candidate import Candidate
 from metrology.diagnostics.likelihood import (
     Line,
     Noise,
+    Span,
     base_places,
     common,
     line,
     misfit,
     narrow,
     noise,
-    orthonormal,
     slow_motion,
     weighted,
 )
@@ -562,10 +562,8 @@ def _step(wanted: Set, found: Sequence[Set], evidence: Mapping[Set, float], own:
 
 def _left(
     fit: Fit, candidates: Mapping[str, Candidate], directions: Sequence[Direction], floor: float
-) -> tuple[tuple[Array, ...], float, Array]:
+) -> tuple[tuple[Array, ...], float, Span]:
     """What `noise` takes: residuals of every block that the fit and all candidates leave, and what took them."""
-    plain = line(fit, candidates, directions, Noise({}), fit.used)
-    taken = orthonormal(np.hstack([plain.base, *(one.rows for one in plain.columns)]))
-    left = plain.residual - taken @ (taken.T @ plain.residual)
+    taken, left = line(fit, candidates, directions, Noise({}), fit.used).explained
     bounds = np.cumsum([0, *(len(part) for part in fit.residuals)])
     return tuple(left[first:last] for first, last in pairwise(bounds)), floor, taken
