@@ -145,12 +145,25 @@ def _periodograms(parts: Sequence[Array], taken: Sequence[Array]) -> tuple[Array
             found = np.abs(np.fft.rfft(part * taper)) ** 2 / weight
             left = np.ones(len(found))
             if taken:
-                left -= (np.abs(np.fft.rfft(taper[:, None] * taken[at], axis=0)) ** 2).sum(axis=1) / weight
+                left -= power_of(taper[:, None] * taken[at]) / weight
             known = left > HARDLY
             known[0] = False
             omega.append(np.linspace(0.0, math.pi, len(found))[known])
             power.append(found[known] / left[known])
     return np.concatenate(omega), np.concatenate(power)
+
+
+def power_of(columns: Array) -> Array:
+    """Squares of the Fourier transforms of some columns by frequency, added up, shape (n, q) → (n // 2 + 1,).
+
+    Two real columns are transformed as one complex one, of whose two halves the squares add up to those of both.
+    """
+    count = len(columns)
+    even = columns if columns.shape[1] % 2 == 0 else np.column_stack([columns, np.zeros(count)])
+    turned = np.fft.fft(np.ascontiguousarray(even).view(complex), axis=0).view(float)
+    whole = np.einsum("nq,nq->n", turned, turned)
+    at = np.arange(count // 2 + 1)
+    return np.asarray(0.5 * (whole[at] + whole[-at]))
 
 
 def _bloomfield(omega: Array, power: Array) -> Array:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.special import logsumexp
 
-from metrology.diagnostics.likelihood import RESOLVED, Line, chunks, orthonormal
+from metrology.diagnostics.likelihood import RESOLVED, Line, orthonormal, triangle
 from metrology.diagnostics.sets import NEGLIGIBLE, Scarce, Set, log_likelihood
 from metrology.diagnostics.subject import Array, Blocks, Direction, Marks
 from metrology.estimation.covariance import spread
@@ -168,13 +168,7 @@ def compressed(line: Line, found: Sequence[Family]) -> tuple[Line, list[Family]]
     """Return a line and families turned so that no row is without a column: all that is asked of them is the same."""
     own = [one for one in line.columns if one.direction is None]
     parts = [line.base, *(one.rows for one in own), *(one.rows for one in found), line.residual[:, None]]
-    width, some = sum(part.shape[1] for part in parts), []
-    for seen, chunk in chunks(parts):
-        triangle = np.linalg.qr(chunk, mode="r")
-        some.append(np.zeros((len(triangle), width)))
-        some[-1][:, seen] = triangle
-    whole = np.asarray(np.linalg.qr(np.vstack(some), mode="r"))
-    base, *rows, residual = np.split(whole, np.cumsum([part.shape[1] for part in parts])[:-1], axis=1)
+    base, *rows, residual = np.split(triangle(parts), np.cumsum([part.shape[1] for part in parts])[:-1], axis=1)
     columns = tuple(replace(one, rows=part) for one, part in zip(own, rows[: len(own)], strict=True))
     turned = [replace(one, rows=part) for one, part in zip(found, rows[len(own) :], strict=True)]
     return replace(line, base=base, residual=residual[:, 0], columns=columns), turned

@@ -20,7 +20,7 @@ from metrology.diagnostics.candidate import Candidate
 from metrology.diagnostics.subject import Array, Blocks, Direction, Fit, Marks, Slow
 from metrology.estimation.covariance import spread
 from metrology.estimation.priors import WIDER
-from metrology.noise import PLACES, WHITE, Colour, colour
+from metrology.noise import PLACES, WHITE, Colour, colour, power_of
 
 Places = NDArray[np.int64]
 RANK = 1e-9
@@ -235,6 +235,18 @@ def chunks(columns: Sequence[Array]) -> Iterator[tuple[Places, Array]]:
     """Columns of equal length side by side, `CHUNK` rows at a time: which of them are not zero there, and these."""
     for first in range(0, len(columns[0]), CHUNK):
         yield _seen([one[first : first + CHUNK] for one in columns])
+
+
+def triangle(columns: Sequence[Array]) -> Array:
+    """R of a QR factorisation of columns side by side, some rows at a time, of those that are not zero there."""
+    width, parts = sum(one.shape[1] for one in columns), []
+    for seen, part in chunks(columns):
+        own = np.linalg.qr(part, mode="r")
+        parts.append(np.zeros((len(own), width)))
+        parts[-1][:, seen] = own
+    lacking = min(len(columns[0]), width) - sum(map(len, parts))
+    whole = np.vstack([*parts, np.zeros((max(lacking, 0), width))])
+    return np.asarray(whole if len(parts) == 1 else np.linalg.qr(whole, mode="r"))
 
 
 def _seen(columns: Sequence[Array]) -> tuple[Places, Array]:
@@ -466,17 +478,13 @@ def _segments(fit: Fit) -> list[slice]:
 
 def _spectra(fit: Fit, taken: Span, left: Array) -> tuple[Spectrum, ...]:
     """Spectra of what is left, and of what was taken, of each channel of each block."""
-    return tuple(Spectrum(_periodogram(left[rows, None]), _periodogram(taken.rows(rows))) for rows in _segments(fit))
-
-
-def _periodogram(columns: Array) -> Array:
-    """Periodograms of the columns of one record, added up."""
-    return np.asarray((np.abs(np.fft.rfft(columns, axis=0)) ** 2).sum(axis=1) / len(columns))
+    records = ((left[rows, None], taken.rows(rows)) for rows in _segments(fit))
+    return tuple(Spectrum(*(power_of(columns) / len(columns) for columns in record)) for record in records)
 
 
 def _spectral(Q: Array, record: Spectrum, bins: int) -> tuple[Array, Array]:
     """Power of the unknowns by frequency in one record, and smoothed power of what is left."""
-    weight = (np.abs(np.fft.rfft(Q, axis=0)) ** 2).sum(axis=1)
+    weight = power_of(Q)
     width = min(2 * max(bins, 1) + 1, len(record.left))
     kernel = np.ones(width)
     inside = np.convolve(np.ones(len(record.left)), kernel, "same")
@@ -534,7 +542,7 @@ def weighted(fit: Fit, by: Noise, used: Sequence[Marks]) -> float:
 def _left(columns: Array, r: Array) -> float:
     """Sum of squares that columns leave of r, as `orthonormal` has their span, without forming it."""
     size = np.linalg.norm(columns, axis=0)
-    R = np.asarray(np.linalg.qr(np.column_stack([columns[:, size > 0] / size[size > 0], r]), mode="r"))
+    R = triangle([columns[:, size > 0] / size[size > 0], r[:, None]])
     inside = R[:-1, -1]
     ways, seen, _ = np.linalg.svd(R[:-1, :-1])
     return float(R[-1, -1] ** 2) + float(inside @ inside) - float(np.sum((ways[:, seen > RESOLVED].T @ inside) ** 2))
