@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.special import logsumexp
 
-from metrology.diagnostics.likelihood import RESOLVED, Line, orthonormal, triangle
+from metrology.diagnostics.likelihood import CHUNK, RESOLVED, Line, orthonormal
 from metrology.diagnostics.sets import NEGLIGIBLE, Scarce, Set, log_likelihood
 from metrology.diagnostics.subject import Array, Blocks, Direction, Marks
 from metrology.estimation.covariance import spread
@@ -168,7 +168,11 @@ def compressed(line: Line, found: Sequence[Family]) -> tuple[Line, list[Family]]
     """Return a line and families turned so that no row is without a column: all that is asked of them is the same."""
     own = [one for one in line.columns if one.direction is None]
     parts = [line.base, *(one.rows for one in own), *(one.rows for one in found), line.residual[:, None]]
-    base, *rows, residual = np.split(triangle(parts), np.cumsum([part.shape[1] for part in parts])[:-1], axis=1)
+    whole = np.zeros((0, sum(part.shape[1] for part in parts)))
+    for first in range(0, len(parts[0]), CHUNK):
+        rows_of = [part[first : first + CHUNK] for part in parts]
+        whole = np.asarray(np.linalg.qr(np.vstack([whole, np.hstack(rows_of)]), mode="r"))
+    base, *rows, residual = np.split(whole, np.cumsum([part.shape[1] for part in parts])[:-1], axis=1)
     columns = tuple(replace(one, rows=part) for one, part in zip(own, rows[: len(own)], strict=True))
     turned = [replace(one, rows=part) for one, part in zip(found, rows[len(own) :], strict=True)]
     return replace(line, base=base, residual=residual[:, 0], columns=columns), turned

@@ -118,6 +118,8 @@ class Search:
         Fits at a time.
     say : callable
         Takes one line of text now and then.
+    compared : dict
+        Ln evidence of a fit over that of a view, with the two, so that their identities stay their own.
     """
 
     subject: Subject
@@ -128,6 +130,7 @@ class Search:
     failed: list[str] = field(default_factory=list)
     spent: int = 0
     glances: dict[Set, float] = field(default_factory=dict)
+    compared: dict[tuple[int, int], tuple[View, Fit, float]] = field(default_factory=dict, repr=False)
 
     # ---- views ------------------------------------------------------------------------------------------------
     def view(self, fit: Fit) -> View:
@@ -246,9 +249,11 @@ class Search:
         Rounded: a fit at a kink of its model, such as a friction near zero, ends where its way led it, and with other
         last digits on another processor.
         """
-        both = [here.fit, fit]
-        of_fit, of_view = (self.log_evidence(one, here.noise, both, here) for one in (fit, here.fit))
-        return round(of_fit - of_view, PLACES)
+        if (known := self.compared.get((id(here), id(fit)))) is None:
+            both = [here.fit, fit]
+            of_fit, of_view = (self.log_evidence(one, here.noise, both, here) for one in (fit, here.fit))
+            known = self.compared[id(here), id(fit)] = here, fit, round(of_fit - of_view, PLACES)
+        return known[-1]
 
     def promising(self, here: View) -> list[Set]:
         """Sets not yet fitted that the straight line puts above the fit, the best first."""
