@@ -66,10 +66,10 @@ class Noise:
         return whole
 
 
-def noise(fit: Fit, residuals: Blocks, floor: float = 0.0, taken: Span | None = None) -> Noise:
+def noise(fit: Fit, residuals: Blocks, floor: float = 0.0, taken: Array | None = None) -> Noise:
     """Colour of every channel from residuals, all blocks together.
 
-    `taken`: what was taken out of them, readings stacked.
+    `taken`: orthonormal columns that were taken out of them, shape (n, q), readings stacked.
     """
     parts: dict[str, list[Array]] = {}
     along: dict[str, list[Array]] = {}
@@ -80,7 +80,7 @@ def noise(fit: Fit, residuals: Blocks, floor: float = 0.0, taken: Span | None = 
             parts.setdefault(segment.name, []).append(part[rows] * used[rows])
             here = next(stacked)
             if taken is not None:
-                along.setdefault(segment.name, []).append(taken.rows(here))
+                along.setdefault(segment.name, []).append(taken[here])
     return Noise({name: colour(own, floor, along.get(name, ())) for name, own in parts.items()})
 
 

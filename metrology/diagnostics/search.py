@@ -16,13 +16,13 @@ from metrology.diagnostics.candidate import Candidate
 from metrology.diagnostics.likelihood import (
     Line,
     Noise,
-    Span,
     base_places,
     common,
     line,
     misfit,
     narrow,
     noise,
+    orthonormal,
     slow_motion,
     weighted,
 )
@@ -87,6 +87,8 @@ class View:
     line: Line
     table: Table
     evidence: Mapping[Set, float]
+    compared: dict[int, tuple[Fit, float]] = field(default_factory=dict, repr=False, compare=False)
+    """Ln evidence over it of the fits that were compared with it, each kept so that its identity stays its own."""
 
     @property
     def noise(self) -> Noise:
@@ -118,8 +120,6 @@ class Search:
         Fits at a time.
     say : callable
         Takes one line of text now and then.
-    compared : dict
-        Ln evidence of a fit over that of a view, with the two, so that their identities stay their own.
     """
 
     subject: Subject
@@ -130,7 +130,6 @@ class Search:
     failed: list[str] = field(default_factory=list)
     spent: int = 0
     glances: dict[Set, float] = field(default_factory=dict)
-    compared: dict[tuple[int, int], tuple[View, Fit, float]] = field(default_factory=dict, repr=False)
 
     # ---- views ------------------------------------------------------------------------------------------------
     def view(self, fit: Fit) -> View:
@@ -249,11 +248,11 @@ class Search:
         Rounded: a fit at a kink of its model, such as a friction near zero, ends where its way led it, and with other
         last digits on another processor.
         """
-        if (known := self.compared.get((id(here), id(fit)))) is None:
+        if id(fit) not in here.compared:
             both = [here.fit, fit]
             of_fit, of_view = (self.log_evidence(one, here.noise, both, here) for one in (fit, here.fit))
-            known = self.compared[id(here), id(fit)] = here, fit, round(of_fit - of_view, PLACES)
-        return known[-1]
+            here.compared[id(fit)] = fit, round(of_fit - of_view, PLACES)
+        return here.compared[id(fit)][1]
 
     def promising(self, here: View) -> list[Set]:
         """Sets not yet fitted that the straight line puts above the fit, the best first."""
@@ -567,8 +566,10 @@ def _step(wanted: Set, found: Sequence[Set], evidence: Mapping[Set, float], own:
 
 def _left(
     fit: Fit, candidates: Mapping[str, Candidate], directions: Sequence[Direction], floor: float
-) -> tuple[tuple[Array, ...], float, Span]:
+) -> tuple[tuple[Array, ...], float, Array]:
     """What `noise` takes: residuals of every block that the fit and all candidates leave, and what took them."""
-    taken, left = line(fit, candidates, directions, Noise({}), fit.used).explained
+    plain = line(fit, candidates, directions, Noise({}), fit.used)
+    taken = orthonormal(np.hstack([plain.base, *(one.rows for one in plain.columns)]))
+    left = plain.residual - taken @ (taken.T @ plain.residual)
     bounds = np.cumsum([0, *(len(part) for part in fit.residuals)])
     return tuple(left[first:last] for first, last in pairwise(bounds)), floor, taken
