@@ -221,7 +221,7 @@ class Span:
         seen, part = _seen([one[at] for one in self.columns])
         if len(seen) >= self.width:
             return np.asarray(part @ self.turn[seen])
-        return np.asarray(part @ np.linalg.qr(self.turn[seen].T, mode="r").T)
+        return np.asarray(part @ np.asarray(np.linalg.qr(self.turn[seen].T, mode="r")).T)
 
     def part(self, vector: Array) -> Array:
         """Part of a vector, shape (n,), within the span."""
