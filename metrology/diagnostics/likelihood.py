@@ -14,13 +14,15 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from metrology.diagnostics.candidate import Candidate
 from metrology.diagnostics.subject import Array, Blocks, Direction, Fit, Marks, Slow
 from metrology.estimation.covariance import spread
 from metrology.estimation.priors import WIDER
-from metrology.noise import PLACES, WHITE, Colour, colour
+from metrology.noise import PLACES, WHITE, Colour, colour, power_of
 
+Places = NDArray[np.int64]
 RANK = 1e-9
 """Part of a column below which what others leave of it is rounding."""
 RESOLVED = 1e-5
@@ -147,6 +149,11 @@ class Line:
         return taken, self.residual - taken.part(self.residual)
 
     @cached_property
+    def spectra(self) -> tuple[Spectrum, ...]:
+        """Spectra of what everything in the line leaves, and took, of each channel of each block."""
+        return _spectra(self.fit, *self.explained)
+
+    @cached_property
     def left(self) -> tuple[Array, ...]:
         """Rows of each column less their part within the base."""
         if not self.columns:
@@ -179,6 +186,14 @@ class Line:
 
 
 @dataclass(frozen=True)
+class Spectrum:
+    """Of one record: power of what is left, and what the columns that were taken out of white noise had of it."""
+
+    left: Array
+    absorbed: Array
+
+
+@dataclass(frozen=True)
 class Span:
     """Orthonormal columns that span others, formed for some rows at a time: all at once they fill gigabytes.
 
@@ -199,8 +214,14 @@ class Span:
         return int(self.turn.shape[1])
 
     def rows(self, at: slice) -> Array:
-        """Some rows of the orthonormal columns."""
-        return np.asarray(np.hstack([one[at] for one in self.columns]) @ self.turn)
+        """Some rows, turned among themselves: sums of squares of what is linear in each column stay as they are.
+
+        As many columns as are not zero in these rows, where that is fewer: what belongs to one block is zero elsewhere.
+        """
+        seen, part = _seen([one[at] for one in self.columns])
+        if len(seen) >= self.width:
+            return np.asarray(part @ self.turn[seen])
+        return np.asarray(part @ np.asarray(np.linalg.qr(self.turn[seen].T, mode="r")).T)
 
     def part(self, vector: Array) -> Array:
         """Part of a vector, shape (n,), within the span."""
@@ -210,19 +231,47 @@ class Span:
         return np.asarray(sum((one @ amount for one, amount in parts), np.zeros(len(vector))))
 
 
-def chunks(columns: Sequence[Array]) -> Iterator[Array]:
-    """Columns of equal length side by side, `CHUNK` rows at a time."""
+def chunks(columns: Sequence[Array]) -> Iterator[tuple[Places, Array]]:
+    """Columns of equal length side by side, `CHUNK` rows at a time: which of them are not zero there, and these."""
     for first in range(0, len(columns[0]), CHUNK):
-        yield np.hstack([one[first : first + CHUNK] for one in columns])
+        yield _seen([one[first : first + CHUNK] for one in columns])
+
+
+def triangle(columns: Sequence[Array]) -> Array:
+    """R of a QR factorisation of columns side by side, some rows at a time, of those that are not zero there."""
+    width, parts = sum(one.shape[1] for one in columns), []
+    for seen, part in chunks(columns):
+        own = np.linalg.qr(part, mode="r")
+        parts.append(np.zeros((len(own), width)))
+        parts[-1][:, seen] = own
+    lacking = min(len(columns[0]), width) - sum(map(len, parts))
+    whole = np.vstack([*parts, np.zeros((max(lacking, 0), width))])
+    return np.asarray(whole if len(parts) == 1 else np.linalg.qr(whole, mode="r"))
+
+
+def _seen(columns: Sequence[Array]) -> tuple[Places, Array]:
+    """Which of some columns side by side are not zero, and these: every block has columns of its own."""
+    masks = [one.any(axis=0) for one in columns]
+    parts = [one if mask.all() else one[:, mask] for one, mask in zip(columns, masks, strict=True)]
+    return np.flatnonzero(np.concatenate(masks)), np.hstack(parts)
 
 
 def spanned(columns: tuple[Array, ...]) -> Span:
     """Span of columns, as `orthonormal` finds it."""
     from scipy.linalg import solve_triangular
 
-    turn = _turn(sum((part.T @ part for part in chunks(columns)), np.zeros(())))
-    squares = (once.T @ once for once in (part @ turn for part in chunks(columns)))
-    lower = np.linalg.cholesky(sum(squares, np.zeros(())))
+    width = sum(one.shape[1] for one in columns)
+    gram = np.zeros((width, width))
+    for seen, part in chunks(columns):
+        gram[np.ix_(seen, seen)] += part.T @ part
+    turn = _turn(gram)
+    squares = np.zeros((turn.shape[1], turn.shape[1]))
+    for seen, part in chunks(columns):
+        # In as few columns as are not zero there.
+        ways, triangle = np.linalg.qr(turn[seen].T)
+        once = part @ triangle.T
+        squares += ways @ (once.T @ once) @ ways.T
+    lower = np.linalg.cholesky(squares)
     return Span(columns, np.asarray(solve_triangular(lower, turn.T, lower=True).T))
 
 
@@ -367,11 +416,12 @@ def misfit(full: Line, sought: Array, explained: tuple[Span, Array] | None = Non
     explained : (Span, ndarray of shape (n + p,)), optional
         Span of a longer list than the line's own, and the residual beside it.
     """
-    taken, left = explained or full.explained
+    taken, _ = explained or full.explained
+    spectra = _spectra(full.fit, *explained) if explained else full.spectra
     Q = orthonormal(sought)
     over = power = 0.0
-    for rows in _segments(full.fit):
-        weight, here = _spectral(Q[rows], left[rows], taken.rows(rows), taken.width)
+    for rows, spectrum in zip(_segments(full.fit), spectra, strict=True):
+        weight, here = _spectral(Q[rows], spectrum, taken.width)
         over += float((weight * here).sum())
         power += float(weight.sum())
     # Known to some per cent; rounded, it is the same on every processor.
@@ -393,16 +443,14 @@ def narrow(full: Line, lines: Sequence[Array], whole: float) -> tuple[tuple[slic
     whole : float
         Misfit where all unknowns act.
     """
-    taken, left = full.explained
     found = []
-    for part in _segments(full.fit):
+    for part, spectrum in zip(_segments(full.fit), full.spectra, strict=True) if lines else ():
         own = np.zeros((part.stop - part.start, 0))
-        along = taken.rows(part) if lines else own
         for rows in lines:
             columns = rows[part][:, rows[part].any(axis=0)]
             if not columns.shape[1]:
                 continue
-            weight, here = _spectral(orthonormal(columns), left[part], along, ABOUT)
+            weight, here = _spectral(orthonormal(columns), spectrum, ABOUT)
             factor = round(float((weight * here).sum() / weight.sum()), PLACES) / whole
             if factor > 1.0:
                 about = _about(columns)
@@ -428,17 +476,21 @@ def _segments(fit: Fit) -> list[slice]:
     return found
 
 
-def _spectral(Q: Array, left: Array, taken: Array, bins: int) -> tuple[Array, Array]:
+def _spectra(fit: Fit, taken: Span, left: Array) -> tuple[Spectrum, ...]:
+    """Spectra of what is left, and of what was taken, of each channel of each block."""
+    records = ((left[rows, None], taken.rows(rows)) for rows in _segments(fit))
+    return tuple(Spectrum(*(power_of(columns) / len(columns) for columns in record)) for record in records)
+
+
+def _spectral(Q: Array, record: Spectrum, bins: int) -> tuple[Array, Array]:
     """Power of the unknowns by frequency in one record, and smoothed power of what is left."""
-    weight = (np.abs(np.fft.rfft(Q, axis=0)) ** 2).sum(axis=1)
-    absorbed = (np.abs(np.fft.rfft(taken, axis=0)) ** 2).sum(axis=1) / len(left)
-    found = np.abs(np.fft.rfft(left)) ** 2 / len(left)
-    width = min(2 * max(bins, 1) + 1, len(found))
+    weight = power_of(Q)
+    width = min(2 * max(bins, 1) + 1, len(record.left))
     kernel = np.ones(width)
-    inside = np.convolve(np.ones(len(found)), kernel, "same")
-    smooth = np.convolve(found, kernel, "same") / inside
+    inside = np.convolve(np.ones(len(record.left)), kernel, "same")
+    smooth = np.convolve(record.left, kernel, "same") / inside
     # Of the two degrees of freedom of a bin, those that the fit took are not in what it leaves.
-    free = 1.0 - np.convolve(absorbed, kernel, "same") / inside
+    free = 1.0 - np.convolve(record.absorbed, kernel, "same") / inside
     return weight, smooth / np.maximum(free, 0.3)
 
 
@@ -490,7 +542,7 @@ def weighted(fit: Fit, by: Noise, used: Sequence[Marks]) -> float:
 def _left(columns: Array, r: Array) -> float:
     """Sum of squares that columns leave of r, as `orthonormal` has their span, without forming it."""
     size = np.linalg.norm(columns, axis=0)
-    R = np.asarray(np.linalg.qr(np.column_stack([columns[:, size > 0] / size[size > 0], r]), mode="r"))
+    R = triangle([columns[:, size > 0] / size[size > 0], r[:, None]])
     inside = R[:-1, -1]
     ways, seen, _ = np.linalg.svd(R[:-1, :-1])
     return float(R[-1, -1] ** 2) + float(inside @ inside) - float(np.sum((ways[:, seen > RESOLVED].T @ inside) ** 2))

@@ -87,6 +87,8 @@ class View:
     line: Line
     table: Table
     evidence: Mapping[Set, float]
+    compared: dict[int, tuple[Fit, float]] = field(default_factory=dict, repr=False, compare=False)
+    """Ln evidence over it of the fits that were compared with it, each kept so that its identity stays its own."""
 
     @property
     def noise(self) -> Noise:
@@ -246,9 +248,11 @@ class Search:
         Rounded: a fit at a kink of its model, such as a friction near zero, ends where its way led it, and with other
         last digits on another processor.
         """
-        both = [here.fit, fit]
-        of_fit, of_view = (self.log_evidence(one, here.noise, both, here) for one in (fit, here.fit))
-        return round(of_fit - of_view, PLACES)
+        if id(fit) not in here.compared:
+            both = [here.fit, fit]
+            of_fit, of_view = (self.log_evidence(one, here.noise, both, here) for one in (fit, here.fit))
+            here.compared[id(fit)] = fit, round(of_fit - of_view, PLACES)
+        return here.compared[id(fit)][1]
 
     def promising(self, here: View) -> list[Set]:
         """Sets not yet fitted that the straight line puts above the fit, the best first."""

@@ -282,12 +282,21 @@ def slope(name: str, true: dict[str, Array], stamps: dict[str, Array], t0: float
     return found
 
 
-def rate(channel: str, true: Array, t: Array, t0: float, vector: Array) -> Array:
-    """Change of a channel's reading with the true value, shape (n,), by a central difference of what is added to it."""
+def rate(
+    channel: str, true: Array, stamps: tuple[Array, float], vector: Array, acting: tuple[Added, ...]
+) -> Array | None:
+    """Change of a channel's reading with the true value, shape (n,), by a central difference of what is added to it.
+
+    `stamps`: of the readings, and start of the run / s. `acting`: what is added, as `added` has it; None where nothing
+    is, and the reading is the true value.
+    """
+    own = [one for one in acting if "xvT"[one[0]] == channel]
+    if not own:
+        return None
+    t, t0 = stamps
     h = max(1e-3 * float(np.abs(true).max(initial=0.0)), 1e-6)
     found = np.ones(true.size)
-    for at, _, term, arguments in _ADDED:
-        if "xvT"[at] == channel:
-            low, high = (_value(term, arguments, (true + shift, t, t - t0), vector) for shift in (-h, h))
-            found = found + (high - low) / (2.0 * h)
+    for _, _, term, arguments in own:
+        low, high = (_value(term, arguments, (true + shift, t, t - t0), vector) for shift in (-h, h))
+        found = found + (high - low) / (2.0 * h)
     return found

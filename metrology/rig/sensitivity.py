@@ -185,7 +185,7 @@ def follow(
     if message:
         for channel in found:
             channel[:] = np.nan
-    _read(rig, run, names, true, found)
+    _read((rig, run, packed.reads), names, true, found)
     x, v, T = (
         None if t is None else channel[:-1].T for t, channel in zip((run.t_x, run.t_v, run.t_T), found, strict=True)
     )
@@ -222,14 +222,19 @@ def _spread(
                 np.multiply(channel[first[at]], factor, out=channel[row])
 
 
-def _read(rig: Rig, run: Run, names: tuple[str, ...], true: Sequence[Array], found: tuple[Array, ...]) -> None:
+def _read(
+    model: tuple[Rig, Run, tuple[hooks.Added, ...]], names: tuple[str, ...], true: Sequence[Array],
+    found: tuple[Array, ...],
+) -> None:  # fmt: skip
     """Put in what the instruments make of the motion, and the derivatives by what they add to it."""
+    rig, run, acting = model
     vector = rig.vector()
     stamps = {name: t for name in CHANNELS if (t := getattr(run, f"t_{name}")) is not None}
     motion = {name: one for name, one in zip(CHANNELS, true, strict=True) if name in stamps}
     for name, rows in zip(CHANNELS, found, strict=True):
-        if name in motion:
-            rows *= hooks.rate(name, motion[name], stamps[name], run.t0, vector)
+        rate = hooks.rate(name, motion[name], (stamps[name], run.t0), vector, acting) if name in motion else None
+        if rate is not None:
+            rows *= rate
     for row, wanted in enumerate(names):
         if wanted in hooks.READ:
             by = hooks.slope(wanted, motion, stamps, run.t0, vector)

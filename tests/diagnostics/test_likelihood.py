@@ -14,7 +14,18 @@ from scipy.stats import multivariate_normal
 
 from metrology.diagnostics.candidate import Candidate
 from metrology.diagnostics.laws import Family, Kind, Law, compressed, estimates, families, of_families, together
-from metrology.diagnostics.likelihood import Line, Noise, common, line, misfit, narrow, noise, spanned, weighted
+from metrology.diagnostics.likelihood import (
+    Line,
+    Noise,
+    common,
+    line,
+    misfit,
+    narrow,
+    noise,
+    spanned,
+    triangle,
+    weighted,
+)
 from metrology.diagnostics.plain import Plain, Readings, Trial
 from metrology.diagnostics.search import Search
 from metrology.diagnostics.sets import NONE, Scarce, log_likelihood, log_prior, price
@@ -22,7 +33,7 @@ from metrology.diagnostics.subject import Direction
 from metrology.effect import Size
 from metrology.estimation import Unknown
 from metrology.estimation.problem import evaluate
-from metrology.noise import colour
+from metrology.noise import Colour, colour, power_of
 
 T = np.linspace(0.0, 1.0, 600)
 SHAPES = {"a": np.sin(9 * T), "b": T**2, "c": np.cos(23 * T)}
@@ -215,6 +226,41 @@ def test_closed_form_span_formed_for_some_rows_at_a_time_is_that_of_all_columns(
     assert found.rows(slice(4000, 9000)) == pytest.approx(turned[4000:9000], abs=0)
     y = rng.normal(size=9001)
     assert found.part(y) == pytest.approx(whole @ np.linalg.lstsq(whole, y, rcond=1e-9)[0], abs=1e-9)
+
+
+def test_closed_form_rows_of_a_block_are_turned_into_as_few_columns_as_are_not_zero_there():
+    """Every block has two columns of its own beside one of all; sums over columns of squares are those of all."""
+    rng = np.random.default_rng(6)
+    own = np.zeros((600, 6))
+    for block in range(3):
+        own[200 * block : 200 * (block + 1), 2 * block : 2 * block + 2] = rng.normal(size=(200, 2))
+    common = rng.normal(size=(600, 1))
+    found, whole = spanned((common, own)), np.hstack([common, own])
+    Q = np.linalg.qr(whole)[0]
+    rows, part = found.rows(slice(200, 400)), Q[200:400]
+    assert rows.shape == (200, 3)
+    assert rows @ rows.T == pytest.approx(part @ part.T, abs=1e-12)
+    y = rng.normal(size=600)
+    left = triangle([whole, y[:, None]])
+    assert left[-1, -1] ** 2 == pytest.approx(float(np.sum((y - Q @ (Q.T @ y)) ** 2)), rel=1e-12)
+
+
+@pytest.mark.parametrize("count", [7, 64, 101])
+@pytest.mark.parametrize("width", [1, 4, 5])
+def test_twice_power_of_columns_by_pairs_and_one_by_one(count, width):
+    columns = np.random.default_rng(count).normal(size=(count, width))
+    alone = (np.abs(np.fft.rfft(columns, axis=0)) ** 2).sum(axis=1)
+    assert power_of(columns) == pytest.approx(alone, rel=1e-12)
+
+
+@pytest.mark.parametrize("shape", [(5000, 40), (300000,), (10, 3)])
+def test_twice_readings_whitened_some_rows_at_a_time_and_at_once(shape):
+    rng = np.random.default_rng(2)
+    rows, taps = rng.normal(size=shape), rng.normal(size=24)
+    whole = taps[0] * rows
+    for delay, tap in enumerate(taps[1 : len(rows)], start=1):
+        whole[delay:] += tap * rows[:-delay]
+    assert np.array_equal(Colour(1.0, taps).whitened(rows), whole)
 
 
 def law(y: np.ndarray):
