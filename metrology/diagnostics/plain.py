@@ -259,9 +259,7 @@ class Plain:
 
     def is_far(self, effects: tuple[str, ...], values: Mapping[str, float]) -> bool:
         """Whether the model with these values has nothing to do with the readings."""
-        return self._begins_far(self.problem(effects, values))
-
-    def _begins_far(self, posed: Problem) -> bool:
+        posed = self.problem(effects, values)
         point = evaluate(posed, posed.start)
         return point is None or self._is_far(point.residuals)
 
@@ -282,9 +280,7 @@ class Plain:
         for begun in map(rounded, starts or ({},)):
             values = {**first, **begun}
             posed, before = self._begun(effects, values)
-            # What loses the readings also from the beginnings on is only looked at: from there no search leads back.
-            lost = bool(before) and self._begins_far(posed)
-            solution = solve(posed, close=0.1 if lost else CLOSE, steps=15 if lost else 40)
+            solution = solve(posed, close=CLOSE, steps=40)
             steps += before + solution.steps
             point, here = solution.point, solution.slope
             if point is None or here is None or solution.status == "failed":
