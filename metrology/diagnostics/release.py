@@ -163,8 +163,8 @@ class Record:
         return np.ascontiguousarray(rows.T)
 
     def beginning(self, part: float) -> Record:
-        """Return a first part of the record, one period at least, with the same slow motion."""
-        some = slice(max(math.ceil(part * len(self.t)), min(len(self.t), PER_PERIOD)))
+        """Return a first part of the record, three periods at least, with the same slow motion."""
+        some = slice(max(math.ceil(part * len(self.t)), 3 * PER_PERIOD))
         found = replace(
             self, t=self.t[some], y=self.y[some], u=self.u[some], nodes=self.nodes[:, some],
             weights=self.weights[:, some], steps=tuple((hop, later[some]) for hop, later in self.steps),
