@@ -42,7 +42,9 @@ def free_motion(record: Channel, expected: float | None) -> tuple[Channel, bool]
     start = record.time[top + crossed[0]] if crossed.size else np.inf
     if expected is None and _overshoot(away, top, noise(record)) < _HEAVY:
         fallen = top + np.flatnonzero(away[top:] * np.sign(away[top]) < 0.9 * abs(away[top]))[0]
-        return record.part(float(record.time[fallen])), True
+        # A largest excursion near the end is no release, and no damping.
+        if len(record) - fallen >= _FEWEST_SAMPLES:
+            return record.part(float(record.time[fallen])), True
     if (record.time >= start).sum() < _FEWEST_SAMPLES:
         start = max(0.0, float(record.time[0]))
     if (record.time >= start).sum() < _FEWEST_SAMPLES:

@@ -10,12 +10,17 @@ from response_cases import PRIORS, SHORT, runs_of, stated, truth_of
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
+from metrology.decay import DecayTest
 from metrology.diagnostics import Response, Settings, response
+from metrology.diagnostics.decay import Decay
+from metrology.diagnostics.plain import Plain, plain_values
 from metrology.diagnostics.search import Search
 from metrology.diagnostics.sets import NONE
 from metrology.diagnostics.subject import LOST
 from metrology.estimation import MeasuredRun, Prior
+from metrology.gum.inputs import Input
 from metrology.rig import Force, Rig, Run
+from metrology.timeseries import Channel
 
 GIVEN = (*PRIORS, Prior("k", 1.0), Prior("c", 0.05))
 """k and c are known, so that they cannot take over what a model lacks."""
@@ -128,3 +133,57 @@ def test_planted_compliance_that_only_the_stated_stiffness_contradicts_is_the_ne
     (found,) = search.fit_sets(here, search.promising(here)[:1])
     assert found.effects == ("setup",)
     assert found.values["setup.compliance"] == pytest.approx(compliance, rel=0.05)
+
+
+def on_a_moving_floor() -> DecayTest:
+    """Releases on a floor that moves about the resonance: no listed effect follows the motion that it makes."""
+    rng, m, omega, t, records = np.random.default_rng(7), 2.0, 12.0, np.arange(0.0, 20.0, 0.02), []
+    for at in range(2):
+        floor, pushes = np.zeros(len(t)), rng.standard_normal(len(t))
+        for one in range(2, len(t)):
+            floor[one] = 1.96 * np.cos(12.2 * 0.02) * floor[one - 1] - 0.98**2 * floor[one - 2] + pushes[one]
+        floor *= 6e-5 / floor.std()
+        moved = solve_ivp(
+            lambda s, y, floor=floor: [y[1], -(omega**2) * (y[0] - np.interp(s, t, floor)) - 0.1 * y[1]], (0.0, 20.0),
+            [5e-3, 0.0], t_eval=t, rtol=1e-9, atol=1e-12, max_step=0.02,
+        ).y[0]  # fmt: skip
+        records.append(Channel(f"record-{at}", t, moved + 1e-5 * rng.standard_normal(len(t)), "m"))
+    return DecayTest("d", tuple(records), Input("d.mass", m, unit="kg"), "k")
+
+
+def test_law_a_beginning_of_a_decay_is_the_first_part_of_the_whole():
+    posed = Decay(on_a_moving_floor()).subject()
+    fit = posed.fit((), [{}])
+    counts = [len(posed.blocks[0].y)]
+    for beginning in posed.beginnings[::-1]:
+        for at, data in enumerate(beginning.blocks):
+            own, unknowns = plain_values(fit.values, data.name), beginning.unknowns((), fit.values)
+            whole = posed.predict(at, own)[: len(data.y)]
+            np.testing.assert_allclose(beginning.predict(at, own), whole, atol=1e-9 * np.ptp(whole))
+            some, slopes = (one.slopes(at, own, unknowns[:2]) for one in (beginning, posed))
+            np.testing.assert_allclose(some, slopes[:, : len(data.y)], atol=1e-9 * np.ptp(slopes))
+        counts.append(len(beginning.blocks[0].y))
+    assert (np.diff(counts) < 0).all()
+
+
+def counted(posed: Plain, readings: list[int]) -> Plain:
+    """The same, with the readings of every derivative written down."""
+
+    def slopes(at, values, unknowns):
+        readings.append(len(posed.blocks[at].y))
+        return posed.slopes(at, values, unknowns)
+
+    return replace(posed, slopes=slopes, beginnings=tuple(counted(one, readings) for one in posed.beginnings))
+
+
+def test_law_the_derivatives_that_a_fit_and_a_glance_take_are_counted():
+    """Each counted as one fit, or as none, whatever it took: 300 s of CPU went into a budget of 60."""
+    readings: list[int] = []
+    posed = counted(Decay(on_a_moving_floor()).subject(), readings)
+    away = posed.fit((), [{"k": 1.4 * posed.common[0].start}])
+    assert away.steps > len(posed.beginnings)
+    # Another derivative may follow the last step of each of the four searches.
+    assert sum(readings) / posed.count == pytest.approx(away.steps, abs=1 + len(posed.beginnings))
+    readings.clear()
+    _, steps = posed.glance(("cubic",), away.values)
+    assert 0 < steps == pytest.approx(sum(readings) / posed.count, abs=posed.beginnings[0].count / posed.count)
