@@ -154,9 +154,19 @@ def _periodograms(parts: Sequence[Array], taken: Sequence[Array]) -> tuple[Array
 
 
 def power_of(columns: Array) -> Array:
-    """Squares of the Fourier transforms of some columns by frequency, added up, shape (n, q) → (n // 2 + 1,).
+    """Squares of the Fourier transforms of some columns by frequency, added up.
 
     Two real columns are transformed as one complex one, of whose two halves the squares add up to those of both.
+
+    Parameters
+    ----------
+    columns : ndarray, shape (n, q)
+        Real.
+
+    Returns
+    -------
+    ndarray, shape (n // 2 + 1,)
+        From frequency 0 on, in the square of the columns' unit.
     """
     count = len(columns)
     even = columns if columns.shape[1] % 2 == 0 else np.column_stack([columns, np.zeros(count)])
