@@ -66,9 +66,9 @@ def is_far(model: Model, theta: Array) -> bool:
     return seen is None or point is None or point.chi_squared > LOST * seen[0].count
 
 
-def grown(model: Model, theta: Array) -> tuple[Array, float]:
+def grown(model: Model, theta: Array) -> tuple[Array, int]:
     """Values from which the whole runs can be followed, and the derivatives that it took."""
-    total = 0.0
+    total = 0
     for view in _horizons(model, HORIZONS):
         theta, steps = _followed(model, theta, view)
         total += steps
@@ -78,13 +78,17 @@ def grown(model: Model, theta: Array) -> tuple[Array, float]:
 def glanced(model: Model, theta: Array) -> tuple[float, float]:
     """Cost for each reading of the first moments after contact, fitted from `theta` on; infinite without an answer.
 
-    With the derivatives that it took.
+    With the derivatives that it took, in those of whole runs: as much fewer as the first moments have readings.
     """
-    views, total = _horizons(model, GLANCE), 0.0
+    views, total = _horizons(model, GLANCE), 0
     for view in views:
         theta, steps = _followed(model, theta, view)
         total += steps
-    return model.mean_cost(theta, views[-1]), total
+    seen = model.seen(theta, views[-1])
+    point = evaluate(seen[0], theta) if seen else None
+    if seen is None or point is None:
+        return math.inf, 0.0
+    return point.cost / max(seen[0].count, 1), total * seen[0].count / model.count
 
 
 def _horizons(model: Model, horizons: Sequence[float]) -> list[View]:
@@ -94,19 +98,16 @@ def _horizons(model: Model, horizons: Sequence[float]) -> list[View]:
     return [replace(FIRST[0], until=contact + periods * period) for periods in horizons]
 
 
-def _followed(model: Model, theta: Array, view: View) -> tuple[Array, float]:
-    """Values after a search in one view that only prepares another, and the derivatives that it took.
-
-    In those of whole runs: of their beginnings alone they take as much less time as these have fewer readings.
-    """
+def _followed(model: Model, theta: Array, view: View) -> tuple[Array, int]:
+    """Values after a search in one view that only prepares another, and the derivatives that it took."""
     _, close, steps = FIRST
     seen = model.seen(theta, view)
     if seen is None:
-        return theta, 0.0
+        return theta, 0
     solution = solve(seen[0], theta, close=close, steps=steps, enough=ENOUGH)
     if solution.point is None:
-        return theta, 0.0
-    return solution.point.theta, solution.steps * seen[0].count / model.count
+        return theta, 0
+    return solution.point.theta, solution.steps
 
 
 def _first_contact(rig: Rig, measured: MeasuredRun) -> float:
@@ -125,7 +126,7 @@ class Settled:
 
     theta: Array
     spent: bool
-    steps: float
+    steps: int
 
 
 def led(model: Model, theta: Array, far: Array) -> Settled:
@@ -148,7 +149,7 @@ def settled(model: Model, theta: Array, *, known: bool = False) -> Settled:
     The readings beside a contact carry no weight: the search ends when they are those of the search before. Where they
     lead it from contact to contact, to ever worse ones, the best place that it passed counts, its start among them.
     """
-    spent, last, steps_taken = False, None, 0.0
+    spent, last, steps_taken = False, None, 0
     best = theta, model.mean_cost(theta), False
     for view, close, steps in (*(SETTLE[-1:] if known else SETTLE), *AGAIN * SETTLE[-1:]):
         seen = model.seen(theta, view)
