@@ -78,6 +78,14 @@ def test_limit_a_crossing_too_late_to_leave_a_record_is_passed_over() -> None:
     assert free_motion(channel(late, t), None)[0].time[0] == 0.0
 
 
+def test_limit_a_largest_excursion_at_the_end_of_a_record_is_no_heavy_damping() -> None:
+    """Of a swing that grows until the record ends on its way back, two readings were left."""
+    t = np.arange(206) / RATE
+    found, is_heavy = free_motion(channel((1 + 10 * t) * np.cos(2 * pi * 25 * t), t), None)
+    assert not is_heavy
+    assert len(found) == len(t)
+
+
 @pytest.mark.parametrize("count", [59, 60])
 def test_refusal_fewer_than_sixty_samples(count: int) -> None:
     t = np.arange(-40, count) / RATE

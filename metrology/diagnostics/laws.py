@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.special import logsumexp
 
-from metrology.diagnostics.likelihood import CHUNK, RESOLVED, Line, orthonormal
+from metrology.diagnostics.likelihood import RESOLVED, Line, orthonormal, pieces
 from metrology.diagnostics.sets import NEGLIGIBLE, Scarce, Set, log_likelihood
 from metrology.diagnostics.subject import Array, Blocks, Direction, Marks
 from metrology.estimation.covariance import spread
@@ -169,9 +169,8 @@ def compressed(line: Line, found: Sequence[Family]) -> tuple[Line, list[Family]]
     own = [one for one in line.columns if one.direction is None]
     parts = [line.base, *(one.rows for one in own), *(one.rows for one in found), line.residual[:, None]]
     whole = np.zeros((0, sum(part.shape[1] for part in parts)))
-    for first in range(0, len(parts[0]), CHUNK):
-        rows_of = [part[first : first + CHUNK] for part in parts]
-        whole = np.asarray(np.linalg.qr(np.vstack([whole, np.hstack(rows_of)]), mode="r"))
+    for piece in pieces(parts):
+        whole = np.asarray(np.linalg.qr(np.vstack([whole, np.hstack(piece)]), mode="r"))
     base, *rows, residual = np.split(whole, np.cumsum([part.shape[1] for part in parts])[:-1], axis=1)
     columns = tuple(replace(one, rows=part) for one, part in zip(own, rows[: len(own)], strict=True))
     turned = [replace(one, rows=part) for one, part in zip(found, rows[len(own) :], strict=True)]

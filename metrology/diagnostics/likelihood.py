@@ -150,7 +150,7 @@ class Line:
 
     @cached_property
     def spectra(self) -> tuple[Spectrum, ...]:
-        """Spectra of what everything in the line leaves, and took, of each channel of each block."""
+        """Spectra of the residual beside all that is in the line, for each channel of each block."""
         return _spectra(self.fit, *self.explained)
 
     @cached_property
@@ -231,16 +231,16 @@ class Span:
         return np.asarray(sum((one @ amount for one, amount in parts), np.zeros(len(vector))))
 
 
-def chunks(columns: Sequence[Array]) -> Iterator[tuple[Places, Array]]:
-    """Columns of equal length side by side, `CHUNK` rows at a time: which of them are not zero there, and these."""
+def pieces(columns: Sequence[Array]) -> Iterator[list[Array]]:
+    """Columns of equal length, `CHUNK` rows at a time."""
     for first in range(0, len(columns[0]), CHUNK):
-        yield _seen([one[first : first + CHUNK] for one in columns])
+        yield [one[first : first + CHUNK] for one in columns]
 
 
 def triangle(columns: Sequence[Array]) -> Array:
     """R of a QR factorisation of columns side by side, some rows at a time, of those that are not zero there."""
     width, parts = sum(one.shape[1] for one in columns), []
-    for seen, part in chunks(columns):
+    for seen, part in map(_seen, pieces(columns)):
         own = np.linalg.qr(part, mode="r")
         parts.append(np.zeros((len(own), width)))
         parts[-1][:, seen] = own
@@ -262,14 +262,14 @@ def spanned(columns: tuple[Array, ...]) -> Span:
 
     width = sum(one.shape[1] for one in columns)
     gram = np.zeros((width, width))
-    for seen, part in chunks(columns):
+    for seen, part in map(_seen, pieces(columns)):
         gram[np.ix_(seen, seen)] += part.T @ part
     turn = _turn(gram)
     squares = np.zeros((turn.shape[1], turn.shape[1]))
-    for seen, part in chunks(columns):
+    for seen, part in map(_seen, pieces(columns)):
         # In as few columns as are not zero there.
-        ways, triangle = np.linalg.qr(turn[seen].T)
-        once = part @ triangle.T
+        ways, fewer = np.linalg.qr(turn[seen].T)
+        once = part @ fewer.T
         squares += ways @ (once.T @ once) @ ways.T
     lower = np.linalg.cholesky(squares)
     return Span(columns, np.asarray(solve_triangular(lower, turn.T, lower=True).T))

@@ -52,11 +52,17 @@ class Model:
         seen = self.seen(theta, WHOLE)
         return evaluate(seen[0], theta) if seen else None
 
-    def mean_cost(self, theta: Array, view: View = WHOLE) -> float:
-        """Cost for each reading with weight there; infinite without an answer."""
+    def looked(self, theta: Array, view: View) -> tuple[float, int]:
+        """Cost for each reading with weight there, infinite without an answer, and how many readings these are."""
         seen = self.seen(theta, view)
         point = evaluate(seen[0], theta) if seen else None
-        return math.inf if seen is None or point is None else point.cost / max(seen[0].count, 1)
+        if seen is None or point is None:
+            return math.inf, 0
+        return point.cost / max(seen[0].count, 1), seen[0].count
+
+    def mean_cost(self, theta: Array, view: View = WHOLE) -> float:
+        """Cost for each reading with weight there; infinite without an answer."""
+        return self.looked(theta, view)[0]
 
 
 def is_far(model: Model, theta: Array) -> bool:
@@ -84,11 +90,8 @@ def glanced(model: Model, theta: Array) -> tuple[float, float]:
     for view in views:
         theta, steps = _followed(model, theta, view)
         total += steps
-    seen = model.seen(theta, views[-1])
-    point = evaluate(seen[0], theta) if seen else None
-    if seen is None or point is None:
-        return math.inf, 0.0
-    return point.cost / max(seen[0].count, 1), total * seen[0].count / model.count
+    cost, count = model.looked(theta, views[-1])
+    return cost, total * count / model.count
 
 
 def _horizons(model: Model, horizons: Sequence[float]) -> list[View]:
@@ -102,10 +105,8 @@ def _followed(model: Model, theta: Array, view: View) -> tuple[Array, int]:
     """Values after a search in one view that only prepares another, and the derivatives that it took."""
     _, close, steps = FIRST
     seen = model.seen(theta, view)
-    if seen is None:
-        return theta, 0
-    solution = solve(seen[0], theta, close=close, steps=steps, enough=ENOUGH)
-    if solution.point is None:
+    solution = solve(seen[0], theta, close=close, steps=steps, enough=ENOUGH) if seen else None
+    if solution is None or solution.point is None:
         return theta, 0
     return solution.point.theta, solution.steps
 
