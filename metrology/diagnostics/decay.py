@@ -47,8 +47,9 @@ BESIDE = 0.05
 INF = math.inf
 OUTLASTS = 1 / 3
 """Part of the decay's rate below which a line outlasts it: where e⁻³ of the decay is left, there is e⁻¹ of the line."""
-USUAL = 3000
-"""Readings of a motion with forces that take as long as a usual test of response, with their derivatives: 60 ms."""
+USUAL = 1500
+"""Readings of a motion with forces that take as long as a usual test of response, with their derivatives and the trial
+motions of a search between them: 60 ms."""
 OFF = 4.0
 """Ratio to m·ω² within which k lies: a law that bends a spring so far moves the frequency by half, which is seen."""
 BoolArray = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]

@@ -393,7 +393,11 @@ class Search:
         return {(name, effect): (self.fits[one], self.over(here, self.fits[one]))} if fitted else {}
 
     def fit_sets(self, here: View, wanted: Sequence[Set]) -> list[Fit]:
-        """Fits of sets of effects, from where a view says that they lie; those that have an answer."""
+        """Fits of sets of effects, from where a view says that they lie; those that have an answer.
+
+        As many as the budget has left for, if none takes more than any before it; one at least.
+        """
+        wanted = wanted[: max(1, (self.budget - self.spent) // max(map(cost, self.fits.values())))]
         self.say("fitting " + "; ".join(" + ".join(sorted(one)) or "the base model" for one in wanted))
         with ThreadPoolExecutor(self.workers) as pool:
             found = list(pool.map(lambda one: self._fit(here, one), wanted))
