@@ -40,6 +40,8 @@ class Candidate:
         How a search begins with it, and what it needs.
     acts : str
         On what, as `Effect` has it.
+    instead : bool
+        Whether it is tried only in the place of another effect of the same law.
     """
 
     name: str
@@ -53,6 +55,7 @@ class Candidate:
     kind: Literal["physics", "input"] = "physics"
     cause: Cause = field(default_factory=Cause, repr=False, compare=False)
     acts: str = "module"
+    instead: bool = False
 
     @property
     def size(self) -> Size:

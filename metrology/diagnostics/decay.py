@@ -176,6 +176,10 @@ class Decay:
                 size = replace(size, low=low, high=high, scale=10 * one.amount(scales))
                 shapes = [replace(each, low=limits[each.name][0], high=limits[each.name][1]) for each in shapes]
                 found[name] = replace(one, parameters=(size, *shapes))
+        if self.test.coordinate == "angle":
+            # A stop as well; but that a hardening is named in its place, k with it, shows in a fit of it.
+            law = TABLE["cubic"].cause.law
+            found["stop"] = replace(found["stop"], instead=True, cause=replace(found["stop"].cause, law=law))
         for name in LINES:
             sizes = [replace(one, unit=self.unit) if one.own else one for one in TABLE[name].parameters]
             found[name] = replace(TABLE[name], parameters=tuple(sizes))
@@ -245,8 +249,7 @@ class Decay:
         if self.test.coordinate == "position":
             reasons["pendulum"] = said("the records are of a position; a pendulum is recorded as an angle")
         else:
-            # Beside them the noise of swings that a camera reads askew is taken for less, and the sine loses its name.
-            reasons["stop"] = said("the records are of an angle; a stop is sought in a position")
+            # Beside it the noise of swings that a camera reads askew is taken for less, and the sine loses its name.
             reasons["slack"] = said("the records are of an angle; a slack line is sought in a position")
         return Plain(
             sample, "decay", self.table(), blocks, common, own, self.predict, self.trials, reasons, self.gap,

@@ -74,6 +74,13 @@ class Law:
         """Root mean square of the law over the places where it is stated."""
         return float(np.sqrt(np.mean(self.amounts**2))) if len(self.amounts) else 0.0
 
+    @property
+    def bent(self) -> float:
+        """Root mean square of the law less its straight part, which is no part of it: k has that, or c."""
+        squares = float(self.at @ self.at)
+        straight = self.at * (float(self.at @ self.amounts) / squares if squares else 0.0)
+        return replace(self, amounts=self.amounts - straight).size
+
 
 @dataclass(frozen=True)
 class Family:

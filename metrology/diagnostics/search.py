@@ -164,7 +164,7 @@ class Search:
 
     def is_open(self, effects: Collection[str], name: str) -> bool:
         """Whether a candidate may be added to these effects."""
-        return self.beside[name] in ("", *effects)
+        return not self.subject.candidates[name].instead and self.beside[name] in ("", *effects)
 
     # ---- search -----------------------------------------------------------------------------------------------
     def run(self, base: Fit, here: View) -> View:
@@ -417,6 +417,7 @@ class Search:
 
         The last start is hardly anything else than the smaller model: a larger one is never worse than that.
         """
+        here = self._listed(here, wanted)
         order = [name for name in here.fit.effects if name in wanted]
         order += sorted(wanted - here.effects)
         smaller = self._smaller(wanted)
@@ -430,6 +431,15 @@ class Search:
             if best is not None and not (smaller is not None and best.mean_cost > smaller.mean_cost):
                 break
         return None if best is None else replace(best, steps=steps)
+
+    def _listed(self, here: View, wanted: Set) -> View:
+        """Return the view with those effects in its table that are tried only in the place of others."""
+        candidates = self.subject.candidates
+        more = [name for name in wanted - here.effects if candidates[name].instead]
+        if not more:
+            return here
+        listed = line(here.fit, candidates, self.subject.directions(here.fit, more), here.noise, here.fit.used)
+        return replace(here, line=listed, table=table(listed, candidates))
 
     def _smaller(self, wanted: Set) -> Fit | None:
         """Best fit of a smaller set within one; None within the empty set."""

@@ -194,6 +194,8 @@ def _untried(judged: Judged, subject: Subject, name: str, support: Support) -> s
     if support == "not testable":
         text = "Not testable with these data: other unknowns have the same effect. Needed: {needed}."
         return said(text, needed=candidate.separate)
+    if candidate.instead and _fit_with(judged, name) is None:
+        return said("Not in the model: it is tried only in the place of another effect of the same kind.")
     if candidate.cause.beside in ("", *judged.last.effects):
         return ""
     title = subject.candidates[candidate.cause.beside].title
@@ -482,7 +484,7 @@ def _rest(judged: Judged, subject: Subject) -> str:
         return _explained(judged, subject)
     unit = subject.unit_of(law.family)
     text = "What remains is described best by an unlisted law, {law} (RMS {size:.2g}{unit})."
-    described = said(text, law=_law(law.family), size=float(law.size), unit="" if unit == "1" else f" {unit}")
+    described = said(text, law=_law(law.family), size=float(law.bent), unit="" if unit == "1" else f" {unit}")
     return followed(_explained(judged, subject), described)
 
 
