@@ -759,6 +759,29 @@ def test_planted_stop_is_named_with_where_it_is_touched():
 
 
 @pytest.mark.long
+def test_planted_stop_of_a_torsion_pendulum_is_named_in_the_place_of_a_hardening():
+    """A cubic explains nearly all of the misfit, with another k, and is found first: the stop has no place beside it."""
+    rng, inertia, c, k, stop, gap, records = np.random.default_rng(20261130), 0.02, 6e-4, 0.28, 1.4e-3, 0.5, []
+    t = np.arange(0.0, 120.0, 0.05)
+    for at in range(3):
+        start = 0.8 * (1 + 0.05 * rng.standard_normal())
+        x = solve_ivp(
+            lambda _, y: (y[1], -(k * y[0] + c * y[1] + stop * max(y[0] - gap, 0.0)) / inertia),
+            (0.0, t[-1]), (start, 0.0), "DOP853", t_eval=t, rtol=1e-10, atol=1e-13, max_step=0.05,
+        ).y[0]  # fmt: skip
+        x = x + 4e-4 * rng.standard_normal(len(t))
+        records.append(Channel(f"record-{at}", t, x, "rad"))
+    found = decay(DecayTest("d", tuple(records), Input("d.inertia", inertia, unit="kg·m²"), "k"), rng=rng)
+    assert (found.verdict, found.named) == ("explained", ("stop",))
+    sizes = {one.name: one for cause in found.causes if cause.effect == "stop" for one in cause.parameters}
+    for name, true in (("stop.stiffness", stop), ("stop.gap", gap)):
+        assert abs(sizes[name].value - true) < 3 * sizes[name].u < 0.3 * true
+    (moved,) = (one for one in found.shifts if one.name == "k")
+    assert abs(moved.after - k) < 3 * moved.u_after < 1e-3 * k
+    assert abs(moved.before - k) > 4 * moved.u_before
+
+
+@pytest.mark.long
 def test_planted_line_near_a_decay_that_it_outlasts_is_named():
     """Lines within half of a damped decay's own frequency were the decay's own, however long they went on."""
     rng, m, zeta, records = np.random.default_rng(20261128), 1.2, 0.11, []
