@@ -18,8 +18,7 @@ Whole = NDArray[np.int64]
 _Any = TypeVar("_Any", bound=NDArray[Any])
 
 STRETCH = 16
-"""Fewest steps of an even stretch: fewer, as between the three nodes of a mean, are read sooner as uneven stamps than by
-a table of their own."""
+"""Fewest steps of an even stretch: fewer, as between the three nodes of a mean, are sooner read as uneven stamps."""
 
 
 def frozen(array: _Any) -> _Any:
