@@ -34,8 +34,7 @@ class Program(NamedTuple):
 
 
 WITHIN = {"tension", "pull", "stretch", "net_force"}
-"""Functions of the kernel that are written into the equation of motion: to hand them their arrays takes longer than what
-they do."""
+"""Functions that are written into the equation of motion: to hand them their arrays takes longer than what they do."""
 PROGRAMS = {
     # Higher levels cost more time to compile and gain nothing here, but for the long loops of the closed form.
     "base": Program((closed,), "march_many", "base model", 2),
