@@ -180,7 +180,7 @@ def _where(step: Floats, rest: Floats, Q: Floats) -> float:
     not slow: Σ S·P/Σ S·P₁, with S the power of that, P the power of the residuals, and P₁ what the fit, whose columns
     are Q and the step, leaves of the power of white noise of variance 1.
     """
-    size = 2 * len(step)
+    size = 1 << (2 * len(step) - 1).bit_length()  # a length with a large prime factor takes ten times as long
     of_step, power = (np.abs(np.fft.rfft(one, size)) ** 2 for one in (step, rest))
     white = len(step) - of_step / max(float(step @ step), 1e-300)
     for column in Q.T:  # one by one: a record may be long

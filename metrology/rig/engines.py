@@ -33,6 +33,8 @@ class Program(NamedTuple):
     level: int
 
 
+WITHIN = {"tension", "pull", "stretch", "net_force"}
+"""Functions that are written into the equation of motion: to hand them their arrays takes longer than what they do."""
 PROGRAMS = {
     # Higher levels cost more time to compile and gain nothing here, but for the long loops of the closed form.
     "base": Program((closed,), "march_many", "base model", 2),
@@ -185,7 +187,7 @@ def _compilable(modules: tuple[ModuleType, ...], cached: bool) -> dict[str, Any]
     def wrap(function: FunctionType) -> Any:
         if function.__name__ in entries:
             return entry(function)
-        if hooks.is_small(function):
+        if hooks.is_small(function) or function.__name__ in WITHIN:
             return inner(_nrt=False, forceinline=True)(function)
         return counts[function.__name__ in making](function)
 

@@ -17,6 +17,9 @@ Array = NDArray[np.float64]
 Whole = NDArray[np.int64]
 _Any = TypeVar("_Any", bound=NDArray[Any])
 
+STRETCH = 16
+"""Fewest steps of an even stretch: fewer, as between the three nodes of a mean, are sooner read as uneven stamps."""
+
 
 def frozen(array: _Any) -> _Any:
     """Return the array, from now on read-only."""
@@ -153,8 +156,7 @@ def even_stretches(t: Array) -> tuple[Whole, Array]:
     allowed = 8.0 * np.spacing(np.abs(t).max())
     uneven = np.flatnonzero(np.abs(np.diff(t, 2)) > allowed) + 1
     bounds = np.concatenate([[0], uneven, [t.size - 1]])
-    # Irregular stamps part a run into as many stretches as it has steps: those of one step have nothing to find.
-    longer = np.flatnonzero(np.diff(bounds) > 1)
+    longer = np.flatnonzero(np.diff(bounds) >= STRETCH)
     for first, last in zip(bounds[longer].tolist(), bounds[longer + 1].tolist(), strict=True):
         even = np.linspace(t[first], t[last], last - first + 1)
         if np.abs(even - t[first : last + 1]).max() <= allowed:

@@ -248,9 +248,10 @@ def test_twice_stamps_of_their_own_and_common_ones() -> None:
     ],
 )
 def test_twice_many_uneven_stamps_and_a_few_at_a_time(effects: dict[str, float], shift: float) -> None:
-    """Many are read between even nodes, a few by a power series each."""
+    """Many are read between even nodes, those of means over blocks as well, a few by a power series each."""
     rig = Rig(25.0, 753.33, 35.0, 1.5, effects=effects | {"clock.v": shift})
-    uneven = np.sort(np.random.default_rng(2).uniform(0.0, 6.0, 300))
+    blocks = np.linspace(3.0, 6.0, 50, endpoint=False)[:, None] + [0.0, 0.023, 0.046]
+    uneven = np.concatenate([np.sort(np.random.default_rng(2).uniform(0.0, 3.0, 150)), blocks.ravel()])
     force, names = Force(np.array([0.3, 2.7]), np.array([1.2, -0.9])), ["k", "c", "m", "taut", *effects]
     whole = sensitivities(rig, Run(1.45, 0.02, force=force, t_x=uneven, t_v=uneven, t_T=uneven), names)
     motions = [simulate(rig, Run.sampled(uneven, 1.45, 0.02, force=force), engine=one) for one in ("compiled", "numpy")]
