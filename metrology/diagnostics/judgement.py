@@ -156,7 +156,8 @@ class Judged:
 def judge(search: Search, base: Fit, first: View, view: View) -> Judged:
     """Weigh the sets around the best fit, and ask whether an unlisted law does as well."""
     last = view.fit
-    others = {name: fit for name in last.effects if (fit := _fit_without(search, view, name)) is not None}
+    others = {name: fit for name in last.effects
+              if (fit := _fit_of(search, view, without(view.effects, name, search.beside))) is not None}  # fmt: skip
     exchanged = search.exchanged(view)
     weights = _normalised(_evidence(search, view))
     forms = search.subject.families(last)
@@ -195,7 +196,10 @@ def judge(search: Search, base: Fit, first: View, view: View) -> Judged:
     minor = tuple(name for name in named if remains and carries.get(name, 1.0) <= LIKELY)
     named = [name for name in named if name not in minor]
     likeliest = max(weights, key=lambda one: weights[one])
-    verdict = _verdict(search, view, share, unlisted, named, (*groups, *possible), likeliest)
+    # What an unlisted law may be as well is not explained, however much of the misfit it carries.
+    alone = _fit_of(search, view, frozenset(named)) if named and is_whole(frozenset(named), search.beside) else None
+    known = share if alone is None else _gone(view, floor, base, alone)
+    verdict = _verdict(search, view, known, unlisted, named, (*groups, *possible), likeliest)
     if verdict in ("ambiguous", "explained in the main"):
         groups = (*groups, *(possible if named or possible else ((name,) for name in doubtful)))
     if verdict == "unexplained":
@@ -239,18 +243,17 @@ def _verdict(
     return "unexplained" if share < LIKELY else "explained in the main"
 
 
-def _fit_without(search: Search, view: View, name: str) -> Fit | None:
-    """Fit of the model without one of its effects; None where the budget has none left for it."""
-    rest = without(view.effects, name, search.beside)
-    if rest not in search.fits:
+def _fit_of(search: Search, view: View, effects: Set) -> Fit | None:
+    """Fit of the model with some of its effects; None where the budget has none left for it."""
+    if effects not in search.fits:
         if search.spent >= search.budget:
             return None
-        fit = search.subject.fit(tuple(one for one in view.fit.effects if one in rest), [view.fit.values])
+        fit = search.subject.fit(tuple(one for one in view.fit.effects if one in effects), [view.fit.values])
         search.spent += cost(fit)
         if fit is None:
             return None
-        search.fits[rest] = fit
-    return search.fits[rest]
+        search.fits[effects] = fit
+    return search.fits[effects]
 
 
 def _contained(search: Search, fit: Fit) -> list[Fit]:
