@@ -793,9 +793,9 @@ def test_planted_damper_of_one_way_gives_no_name_to_what_carries_little_beside_i
             damping = c + (1.7e-4 / (1 + (y[0] / half) ** 4) if y[1] > 0 else 0.0)
             return y[1], -(k * y[0] + damping * y[1]) / inertia
 
-        x = solve_ivp(
-            motion, (0.0, t[-1]), (start, 0.0), "DOP853", t_eval=t, rtol=1e-10, atol=1e-13, max_step=0.02
-        ).y[0]
+        x = solve_ivp(motion, (0.0, t[-1]), (start, 0.0), "DOP853", t_eval=t, rtol=1e-10, atol=1e-13, max_step=0.02).y[
+            0
+        ]
         x = 1e-4 * np.round((x + 7e-4 * rng.standard_normal(len(t))) / 1e-4)
         records.append(Channel(f"record-{at}", t, x, "rad"))
     found = decay(DecayTest("d", tuple(records), Input("d.inertia", inertia, unit="kg·m²"), "k"), rng=rng)
