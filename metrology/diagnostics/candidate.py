@@ -68,6 +68,11 @@ class Candidate:
         return tuple(size for size in self.parameters if not (size.held or size.own))
 
     @property
+    def is_sought(self) -> bool:
+        """Whether it is tried by itself, and not only together with another effect or in the place of one."""
+        return not (self.instead or self.cause.beside)
+
+    @property
     def signed(self) -> bool:
         """Whether it may act either way."""
         return self.size.low < self.size.null < self.size.high

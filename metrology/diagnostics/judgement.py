@@ -196,9 +196,11 @@ def judge(search: Search, base: Fit, first: View, view: View) -> Judged:
     minor = tuple(name for name in named if remains and carries.get(name, 1.0) <= LIKELY)
     named = [name for name in named if name not in minor]
     likeliest = max(weights, key=lambda one: weights[one])
-    # What an unlisted law may be as well is not explained, however much of the misfit it carries.
-    alone = _fit_of(search, view, frozenset(named)) if named and is_whole(frozenset(named), search.beside) else None
-    known = share if alone is None else _gone(view, floor, base, alone)
+    known = share
+    if remains and named and is_whole(frozenset(named), search.beside):
+        # What an unlisted law may be as well is not explained, however much of the misfit it carries.
+        alone = _fit_of(search, view, frozenset(named))
+        known = share if alone is None else _gone(view, floor, base, alone)
     verdict = _verdict(search, view, known, unlisted, named, (*groups, *possible), likeliest)
     if verdict in ("ambiguous", "explained in the main"):
         groups = (*groups, *(possible if named or possible else ((name,) for name in doubtful)))

@@ -200,10 +200,14 @@ class Search:
             wanted = self.promising(here)
             if not wanted:
                 break
-            better = self._best(here, self.fit_sets(here, wanted))
+            better = self._best(here, self.fit_sets(here, wanted[: self._room()]))
             idle = 0 if better is not None else idle + 1
             here = better or here
         return here
+
+    def _room(self) -> int:
+        """Fits that the budget has left for, if none takes more than any before it; one at least."""
+        return max(1, (self.budget - self.spent) // max(map(cost, self.fits.values())))
 
     def evidence(self, here: View) -> dict[Set, float]:
         """Ln evidence of the sets around a fit, set right by the fits without one of its effects where there are any.
@@ -393,11 +397,7 @@ class Search:
         return {(name, effect): (self.fits[one], self.over(here, self.fits[one]))} if fitted else {}
 
     def fit_sets(self, here: View, wanted: Sequence[Set]) -> list[Fit]:
-        """Fits of sets of effects, from where a view says that they lie; those that have an answer.
-
-        As many as the budget has left for, if none takes more than any before it; one at least.
-        """
-        wanted = wanted[: max(1, (self.budget - self.spent) // max(map(cost, self.fits.values())))]
+        """Fits of sets of effects, from where a view says that they lie; those that have an answer."""
         self.say("fitting " + "; ".join(" + ".join(sorted(one)) or "the base model" for one in wanted))
         with ThreadPoolExecutor(self.workers) as pool:
             found = list(pool.map(lambda one: self._fit(here, one), wanted))

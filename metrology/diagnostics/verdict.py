@@ -109,7 +109,7 @@ def _causes(judged: Judged, subject: Subject, gain: Mapping[str, Gain]) -> Itera
             support = "indistinguishable" if group else "supported"
         fit = _fit_with(judged, name)
         score = _score(judged, name)
-        if name in untestable or (fit is None and score is None and not table[name].cause.beside):
+        if name in untestable or (fit is None and score is None and table[name].is_sought):
             support = "not testable"
         values: tuple[Value, ...] = ()
         if fit is not None:
@@ -346,6 +346,8 @@ def _detectable(judged: Judged, subject: Subject) -> Iterator[Detectable]:
     for name, candidate in subject.candidates.items():
         found = judged.first.scores.get(name)
         unit = candidate.size.unit
+        if found is None and not candidate.is_sought:
+            continue
         if found is None or not found.d > 0:
             words = said("Would not show at any size.")
             yield Detectable(name, candidate.title, candidate.size.name, None, unit, words)

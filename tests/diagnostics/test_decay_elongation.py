@@ -781,6 +781,18 @@ def test_planted_stop_of_a_torsion_pendulum_is_named_in_the_place_of_a_hardening
     assert abs(moved.before - k) > 4 * moved.u_before
 
 
+def test_what_is_tried_only_in_the_place_of_another_effect_is_said_to_be_and_has_no_smallest_size():
+    rng, t, records = np.random.default_rng(5), np.arange(0.0, 60.0, 0.05), []
+    for at in range(3):
+        x = 0.4 * np.exp(-0.01 * t) * np.cos(3.7 * t) + 4e-4 * rng.standard_normal(len(t))
+        records.append(Channel(f"record-{at}", t, x, "rad"))
+    found = decay(DecayTest("d", tuple(records), Input("d.inertia", 0.02, unit="kg·m²"), "k"), rng=rng)
+    (stop,) = (one for one in found.causes if one.effect == "stop")
+    assert (found.verdict, stop.verdict) == ("nothing missing", "not supported")
+    assert "only in the place of another effect" in stop.sentence
+    assert "stop" not in {one.effect for one in found.detectable}
+
+
 @pytest.mark.long
 def test_planted_damper_of_one_way_gives_no_name_to_what_carries_little_beside_it():
     """Friction, in whose place an unlisted law does as well, explains 91 %; an even law, 5 %, was named beside it."""
