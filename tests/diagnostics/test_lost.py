@@ -187,3 +187,15 @@ def test_law_the_derivatives_that_a_fit_and_a_glance_take_are_counted():
     readings.clear()
     _, steps = posed.glance(("cubic",), away.values)
     assert 0 < steps == pytest.approx(sum(readings) / posed.count, abs=posed.beginnings[0].count / posed.count)
+
+
+@pytest.mark.parametrize(("derivatives", "at_once"), [(0, 2), (150, 1)])
+def test_law_no_more_fits_are_begun_than_the_budget_has_left_for(derivatives, at_once):
+    """Two that took 14 of a budget of 40 each were begun at 31 of them."""
+    texts: list[str] = []
+    posed = Decay(on_a_moving_floor()).subject()
+    base = posed.fit((), [{}])
+    search = Search(posed, 8, 1, texts.append)
+    first = search.view(base)
+    search.run(replace(first.fit, steps=derivatives), first)
+    assert texts[0].count(";") == at_once - 1
