@@ -18,7 +18,8 @@ Whole = NDArray[np.int64]
 _Any = TypeVar("_Any", bound=NDArray[Any])
 
 STRETCH = 16
-"""Fewest steps of an even stretch: fewer, as between the three nodes of a mean, are sooner read as uneven stamps."""
+"""Fewest steps of an even stretch: those of fewer, as of the three nodes of a mean, take 7 to 40 times as long with a
+table of their own as between even nodes. A linear motion gains from some 250 steps on."""
 
 
 def frozen(array: _Any) -> _Any:

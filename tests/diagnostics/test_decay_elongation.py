@@ -18,6 +18,7 @@ from scipy.integrate import solve_ivp
 from scipy.signal import lfilter
 
 from metrology.decay import DecayTest
+from metrology.diagnosis import Diagnosis, Shift
 from metrology.diagnostics import Known, Other, Setting, decay, elongation, explain
 from metrology.diagnostics.candidate import DECAY, ELONGATION
 from metrology.diagnostics.decay import Decay
@@ -736,6 +737,16 @@ def test_planted_step_of_the_reading_is_named_and_is_no_drift(planted):
     assert all(f"µm at 1.501 s in record-{at}" in cause.sentence for at in range(3))
 
 
+def of_a_stop(found: Diagnosis, stiffness: float, gap: float) -> Shift:
+    """What a diagnosis does to k, that names a stop alone, with its stiffness and where it is touched."""
+    assert (found.verdict, found.named) == ("explained", ("stop",))
+    sizes = {one.name: one for cause in found.causes if cause.effect == "stop" for one in cause.parameters}
+    for name, true in (("stop.stiffness", stiffness), ("stop.gap", gap)):
+        assert abs(sizes[name].value - true) < 3 * sizes[name].u < 0.3 * true
+    (moved,) = (one for one in found.shifts if one.name == "k")
+    return moved
+
+
 @pytest.mark.long
 def test_planted_stop_is_named_with_where_it_is_touched():
     """An even and a cubic stiffness stood in its place. The truth is integrated in small steps, releases differ."""
@@ -750,11 +761,7 @@ def test_planted_stop_is_named_with_where_it_is_touched():
         x = np.concatenate([np.full(200, start), moved]) + 1e-6 * rng.standard_normal(200 + len(t))
         records.append(Channel(f"record-{at}", (np.arange(len(x)) - 200) * 0.004, x, "m"))
     found = decay(DecayTest("d", tuple(records), Input("d.mass", m, unit="kg"), "k"), rng=rng)
-    assert (found.verdict, found.named) == ("explained", ("stop",))
-    sizes = {one.name: one for cause in found.causes if cause.effect == "stop" for one in cause.parameters}
-    for name, true in (("stop.stiffness", stop), ("stop.gap", gap)):
-        assert abs(sizes[name].value - true) < 3 * sizes[name].u < 0.3 * true
-    (moved,) = (one for one in found.shifts if one.name == "k")
+    moved = of_a_stop(found, stop, gap)
     assert abs(moved.after - k) < 3 * moved.u_after < 0.01 * k
 
 
@@ -772,11 +779,7 @@ def test_planted_stop_of_a_torsion_pendulum_is_named_in_the_place_of_a_hardening
         x = x + 4e-4 * rng.standard_normal(len(t))
         records.append(Channel(f"record-{at}", t, x, "rad"))
     found = decay(DecayTest("d", tuple(records), Input("d.inertia", inertia, unit="kg·m²"), "k"), rng=rng)
-    assert (found.verdict, found.named) == ("explained", ("stop",))
-    sizes = {one.name: one for cause in found.causes if cause.effect == "stop" for one in cause.parameters}
-    for name, true in (("stop.stiffness", stop), ("stop.gap", gap)):
-        assert abs(sizes[name].value - true) < 3 * sizes[name].u < 0.3 * true
-    (moved,) = (one for one in found.shifts if one.name == "k")
+    moved = of_a_stop(found, stop, gap)
     assert abs(moved.after - k) < 3 * moved.u_after < 1e-3 * k
     assert abs(moved.before - k) > 4 * moved.u_before
 
@@ -805,10 +808,8 @@ def test_planted_damper_of_one_way_gives_no_name_to_what_carries_little_beside_i
             damping = c + (1.7e-4 / (1 + (y[0] / half) ** 4) if y[1] > 0 else 0.0)
             return y[1], -(k * y[0] + damping * y[1]) / inertia
 
-        x = solve_ivp(motion, (0.0, t[-1]), (start, 0.0), "DOP853", t_eval=t, rtol=1e-10, atol=1e-13, max_step=0.02).y[
-            0
-        ]
-        x = 1e-4 * np.round((x + 7e-4 * rng.standard_normal(len(t))) / 1e-4)
+        path = solve_ivp(motion, (0.0, t[-1]), (start, 0.0), "DOP853", t_eval=t, rtol=1e-10, atol=1e-13, max_step=0.02)
+        x = 1e-4 * np.round((path.y[0] + 7e-4 * rng.standard_normal(len(t))) / 1e-4)
         records.append(Channel(f"record-{at}", t, x, "rad"))
     found = decay(DecayTest("d", tuple(records), Input("d.inertia", inertia, unit="kg·m²"), "k"), rng=rng)
     assert (found.verdict, found.named) == ("unexplained", ())
