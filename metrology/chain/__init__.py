@@ -11,9 +11,11 @@ from typing import TYPE_CHECKING
 
 from metrology import __version__, units
 from metrology.chain import across, attained, derived, diagnosis, fits, items, judgement, knowledge, methods
+from metrology.chain.doubt import Doubt
 from metrology.chain.exact import sentences, taken_as_exact
+from metrology.chain.failed_checks import UNDETERMINED, doubts
 from metrology.chain.plan import Plan
-from metrology.chain.standing import UNDETERMINED, Doubt, Standing, doubts, shifted, standing
+from metrology.chain.standing import Standing, shifted, standing
 from metrology.findings import SCHEMA, Correlation, Findings, Moments, Notice, Result
 from metrology.language.catalogue import stored
 from metrology.language.display import scale

@@ -26,7 +26,7 @@ from metrology.units import convert, si_unit
 if TYPE_CHECKING:
     from metrology.campaign.judgement import Audit, Decision, Requirement, Side
     from metrology.campaign.schema import Campaign
-    from metrology.chain.standing import Doubt
+    from metrology.chain.doubt import Doubt
     from metrology.gum.evaluation import Evaluation
     from metrology.gum.output import Output
 
@@ -226,7 +226,7 @@ def priors(campaign: Campaign, evaluation: Evaluation) -> Iterator[str]:
 
 def _of_prior(requirement: Requirement, estimate: Estimate, *, always: bool = False) -> Iterator[Doubt]:
     """A prior that the result contradicts, where the verdict hangs on it: by a rule that bounds a risk."""
-    from metrology.chain.standing import Doubt
+    from metrology.chain.doubt import Doubt
 
     prior, output = _prior(requirement), estimate.output
     if prior is None or output is None or not (always or "risk" in requirement.decision.rule):
