@@ -10,7 +10,19 @@ from math import isfinite
 from typing import TYPE_CHECKING
 
 from metrology import __version__, units
-from metrology.chain import across, attained, derived, diagnosis, fits, items, judgement, knowledge, methods
+from metrology.chain import (
+    across,
+    attained,
+    audit,
+    comparisons,
+    conformity,
+    derived,
+    diagnosis,
+    fits,
+    items,
+    knowledge,
+    methods,
+)
 from metrology.chain.doubt import Doubt
 from metrology.chain.exact import sentences, taken_as_exact
 from metrology.chain.failed_checks import UNDETERMINED, doubts
@@ -90,7 +102,7 @@ def traced(
         seed=campaign.seed,
         digits=campaign.monte_carlo.digits,
         max_trials=campaign.monte_carlo.max_trials,
-        risk=judgement.least_risk(campaign),
+        risk=conformity.least_risk(campaign),
     )
     progress("verdicts")
     return _findings(campaign, plan, evaluation, coverage=coverage), plan.traces
@@ -132,7 +144,7 @@ def build(
     methods.add_tests(plan, campaign, progress)
     derived.add_derived(plan, campaign)
     knowledge.join_imported(plan, campaign)
-    judgement.add_judged_inputs(plan, campaign)
+    conformity.add_judged_inputs(plan, campaign)
     return plan
 
 
@@ -143,10 +155,10 @@ def _findings(campaign: Campaign, plan: Plan, evaluation: Evaluation, *, coverag
     held = attained.coverage(campaign, plan, evaluation, stands) if coverage else {}
     results = _results(plan, evaluation, stands, held)
     plan.failures.extend(_without_value(evaluation))
-    compared = judgement.comparisons(campaign, plan, evaluation)
+    compared = comparisons.comparisons(campaign, plan, evaluation)
     against = doubts(campaign, plan, stands, evaluation, compared)
     results = tuple(replace(one, doubts=_barring(against.get(one.name, ()))) for one in results)
-    verdicts, withheld = judgement.conformity(campaign, evaluation, plan.failures, against)
+    verdicts, withheld = conformity.conformity(campaign, evaluation, plan.failures, against)
     judged = {verdict.requirement for verdict in verdicts}
     exact = taken_as_exact(plan, evaluation)
     agreed, parted = across.consensus(campaign, plan, evaluation, against)
@@ -166,13 +178,13 @@ def _findings(campaign: Campaign, plan: Plan, evaluation: Evaluation, *, coverag
         comparisons=compared,
         consensus=agreed,
         disagreements=parted,
-        audit=judgement.audit(campaign, plan, evaluation),
+        audit=audit.audit(campaign, plan, evaluation),
         warnings=(
             *campaign.notices,
             *plan.warnings,
             *_warnings(campaign, results),
             *_undetermined(results, against),
-            *judgement.priors(campaign, evaluation),
+            *conformity.priors(campaign, evaluation),
             *_empty(results, plan.failures),
             *sentences(exact, plan),
         ),

@@ -10,7 +10,7 @@ import pytest
 
 from metrology import chain
 from metrology.campaign.load import load
-from metrology.chain import judgement
+from metrology.chain import conformity
 from metrology.findings import Findings
 from metrology.language import notices, wording
 from metrology.language.catalogue import Language
@@ -109,10 +109,10 @@ def test_law_what_has_no_value_has_no_uncertainty_and_no_interval(
 
 def test_law_a_reason_against_a_verdict_is_given_once(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     (tmp_path / "campaign.yaml").write_text(CAMPAIGN, encoding="utf-8")
-    original = judgement.conformity
+    original = conformity.conformity
     doubt = SimpleNamespace(
         sentence="Two results contradict each other.", acceptance="", bars=lambda _: True, shape=False
     )
-    monkeypatch.setattr(judgement, "conformity", lambda *given: original(*given[:3], {"E": (doubt, doubt)}))
+    monkeypatch.setattr(conformity, "conformity", lambda *given: original(*given[:3], {"E": (doubt, doubt)}))
     withheld = chain.evaluate(load(tmp_path / "campaign.yaml")).withheld
     assert [one.reasons for one in withheld] == 2 * [("Two results contradict each other.",)]
