@@ -23,7 +23,8 @@ from metrology.decay.separation import (
 )
 from metrology.decay.start import Unusable, free_motion, refuse_clipped
 from metrology.raw import _flatter
-from metrology.timeseries import Channel, quantum
+from metrology.timeseries import Channel
+from metrology.timeseries.white_noise import quantum
 
 RATE = 1000.0
 T = np.arange(2000) / RATE

@@ -16,7 +16,8 @@ from metrology.decay.rounding import Rounded, by_likelihood, rounded
 from metrology.decay.settling import Baseline, settled
 from metrology.decay.start import Unusable, free_motion, heavy, refuse_clipped, refuse_short, until_rest
 from metrology.message import counted, said
-from metrology.timeseries import Channel, average, noise
+from metrology.timeseries import Channel, average
+from metrology.timeseries.white_noise import noise
 
 HOPS = 3
 """Most steps of one record: what seems to have more, such as a step of the gain, has another fault."""

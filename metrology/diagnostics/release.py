@@ -19,7 +19,8 @@ from metrology.diagnostics.candidate import DECAY
 from metrology.diagnostics.subject import Array
 from metrology.message import said
 from metrology.rig import Motions, Rig, Run, Sensitivities, sensitivities, simulate_many
-from metrology.timeseries import on_grid, periodogram, quantum, rounding_bias
+from metrology.timeseries.spectra import on_grid, periodogram
+from metrology.timeseries.white_noise import quantum, rounding_bias
 
 FORCES = {size.name: size.null for one in DECAY.values() if one.acts in ("module", "line") and not one.cause.alone
           for size in one.parameters}  # fmt: skip
