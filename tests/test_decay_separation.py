@@ -12,15 +12,8 @@ from scipy.signal import lfilter
 
 from metrology.decay.modes import _level, _others, _sound, disentangle, guard, longitudinal
 from metrology.decay.oscillation import DEGREE, Fit, Form, Mode, at_rate, baseline, fit, project, sandwich
-from metrology.decay.separation import (
-    Separated,
-    _refuse_weak,
-    _release,
-    curvature,
-    drift,
-    separate,
-    without_others,
-)
+from metrology.decay.separated import Separated, curvature, drift, without_others
+from metrology.decay.separation import _refuse_weak, _release, separate
 from metrology.decay.start import Unusable, free_motion, refuse_clipped
 from metrology.raw import _flatter
 from metrology.timeseries import Channel

@@ -15,7 +15,8 @@ from metrology.coordinate import SENSED, Coordinate, Sensed
 from metrology.decay import envelope, evidence
 from metrology.decay.finding import DecayFinding
 from metrology.decay.release import Release, drawn, evaluate, trace
-from metrology.decay.separation import Separated, separate
+from metrology.decay.separated import Separated
+from metrology.decay.separation import separate
 from metrology.decay.start import Unusable
 from metrology.errors import Fault, MetrologyError
 from metrology.gum import functions

@@ -9,7 +9,7 @@ from math import pi, sqrt
 import numpy as np
 
 from metrology.decay.oscillation import Floats, Mode
-from metrology.decay.separation import Separated, curvature
+from metrology.decay.separated import Separated, curvature
 from metrology.decay.start import Unusable
 from metrology.message import said
 from metrology.timeseries import Channel, filter_symmetric

@@ -14,7 +14,8 @@ from metrology.coordinate import SENSED, Sensed
 from metrology.decay.hop import Hop
 from metrology.decay.modes import guard, is_mains
 from metrology.decay.oscillation import DEGREE
-from metrology.decay.separation import HOPS, Separated, drift
+from metrology.decay.separated import Separated, drift
+from metrology.decay.separation import HOPS
 from metrology.diagnostics.candidate import DECAY
 from metrology.diagnostics.subject import Array
 from metrology.message import said
