@@ -7,7 +7,9 @@ from math import ceil, inf, isfinite, log10, sqrt
 from typing import Any
 
 from metrology.campaign.results_file import Drawn, Result
-from metrology.gum.distributions import Arcsine, Distribution, Normal, Rectangular, Student, Triangular
+from metrology.gum.bounded import Arcsine, Rectangular, Triangular
+from metrology.gum.distributions import Normal, Student
+from metrology.gum.influence import Distribution
 from metrology.gum.rounding import readable
 from metrology.message import said
 

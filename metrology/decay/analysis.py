@@ -20,7 +20,8 @@ from metrology.decay.separation import separate
 from metrology.decay.start import Unusable
 from metrology.errors import Fault, MetrologyError
 from metrology.gum import functions
-from metrology.gum.distributions import Normal, Rectangular
+from metrology.gum.bounded import Rectangular
+from metrology.gum.distributions import Normal
 from metrology.gum.evaluation import Contribution, Measurand
 from metrology.gum.inputs import Component, Ensemble, Input
 from metrology.message import said

@@ -339,7 +339,7 @@ def test_closed_form_a_square_at_zero_conforms_as_often_as_it_does() -> None:
 
 
 def test_limit_beyond_every_possible_value_conforms_with_probability_one() -> None:
-    from metrology.gum.distributions import Rectangular
+    from metrology.gum.bounded import Rectangular
 
     found = evaluated(lambda q: q["X"], X=(0.0, Rectangular(1.0)))
     assert isinstance(found.output, Empirical)
