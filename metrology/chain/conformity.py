@@ -13,9 +13,11 @@ from metrology.chain.doubt import Doubt
 from metrology.chain.knowledge import value_of
 from metrology.chain.plan import Identity, Plan
 from metrology.findings import Conformity, Withheld
-from metrology.gum.conformity import Limits, Prior, Rule, decide, rule_risk
+from metrology.gum.conformity import decide
 from metrology.gum.evaluation import Estimate, Measurand
+from metrology.gum.guard_bands import Rule, rule_risk
 from metrology.gum.output import probability
+from metrology.gum.risk import Limits, Prior
 from metrology.message import said
 
 if TYPE_CHECKING:
