@@ -15,18 +15,7 @@ from metrology.diagnostics.plain import STEP, Plain, Readings, Trial, sizes_of_b
 from metrology.diagnostics.subject import Array, Direction, Fit
 from metrology.diagnostics.tension_laws import unlisted
 from metrology.diagnostics.tension_pictures import gap, pictures
-from metrology.diagnostics.tension_records import (
-    FINER,
-    Read,
-    Record,
-    course,
-    few,
-    length,
-    parts,
-    rate,
-    record,
-    steady,
-)
+from metrology.diagnostics.tension_records import FINER, Read, Record, course, few, length, parts, rate, record, steady
 from metrology.diagnostics.tension_seen import unseen
 from metrology.effect import Pulled
 from metrology.estimation import Unknown
