@@ -14,7 +14,7 @@ from metrology.decay.rounding import _moments
 from metrology.decay.separation import Separated, separate
 from metrology.decay.start import refuse_clipped
 from metrology.diagnostics import decay
-from metrology.diagnostics.release import _blocks
+from metrology.diagnostics.release_cut import _blocks
 from metrology.gum.inputs import Input
 from metrology.timeseries import Channel
 

@@ -12,9 +12,10 @@ import numpy as np
 
 from metrology.coordinate import QUANTITIES
 from metrology.diagnosis import Missing
+from metrology.diagnostics.families import Powers, hats, splines
 from metrology.diagnostics.force import thrust
-from metrology.diagnostics.laws import Powers, hats, splines
-from metrology.diagnostics.likelihood import orthonormal, spread_out
+from metrology.diagnostics.likelihood import spread_out
+from metrology.diagnostics.span import orthonormal
 from metrology.diagnostics.subject import STRAIGHT, Array, Direction, Fit
 from metrology.errors import MetrologyError
 from metrology.estimation import MeasuredRun

@@ -9,8 +9,8 @@ from dataclasses import replace
 import numpy as np
 
 from metrology.diagnosis import Verdict
+from metrology.diagnostics.families import compressed, families
 from metrology.diagnostics.judged import FAR, LIKELY, Judged
-from metrology.diagnostics.laws import compressed, families
 from metrology.diagnostics.likelihood import common, weighted
 from metrology.diagnostics.probability import logistic, normalised
 from metrology.diagnostics.search import COARSE, EQUAL, Search, View, cost

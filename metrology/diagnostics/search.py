@@ -13,38 +13,24 @@ import numpy as np
 from scipy.special import logsumexp
 
 from metrology.diagnostics.candidate import Candidate
-from metrology.diagnostics.likelihood import (
-    Line,
-    Noise,
-    base_places,
-    common,
-    line,
-    misfit,
-    narrow,
-    noise,
-    orthonormal,
-    slow_motion,
-    weighted,
-)
+from metrology.diagnostics.likelihood import Noise, common, noise, slow_motion, weighted
+from metrology.diagnostics.line import Line, base_places, line
+from metrology.diagnostics.misfit import misfit, narrow
 from metrology.diagnostics.sets import (
-    LARGEST,
     NEGLIGIBLE,
     NONE,
     Scarce,
-    Score,
     Set,
-    Table,
-    instead,
     is_whole,
     log_likelihood,
     log_prior,
     price,
-    scores,
-    table,
     ways,
     without,
 )
+from metrology.diagnostics.span import orthonormal
 from metrology.diagnostics.subject import LOST, Array, Direction, Fit, Marks, Subject
+from metrology.diagnostics.table import LARGEST, Score, Table, instead, scores, table
 from metrology.effect import Size
 from metrology.message import said
 

@@ -11,7 +11,8 @@ import numpy as np
 from metrology.diagnosis import Diagnosis
 from metrology.diagnostics.candidate import TENSION, Candidate
 from metrology.diagnostics.engine import rank
-from metrology.diagnostics.plain import STEP, Plain, Readings, Trial, sizes_of_blocks
+from metrology.diagnostics.plain import STEP, Plain, Readings, Trial
+from metrology.diagnostics.plain_reported import sizes_of_blocks
 from metrology.diagnostics.subject import Array, Direction, Fit
 from metrology.diagnostics.tension_laws import unlisted
 from metrology.diagnostics.tension_pictures import gap, pictures

@@ -9,23 +9,18 @@ from itertools import combinations
 
 import numpy as np
 
+from metrology.diagnostics.families import Family, families
 from metrology.diagnostics.judged import FAR, WithLaw
-from metrology.diagnostics.laws import Family, Few, Law, estimates, families, of_families, together
-from metrology.diagnostics.likelihood import (
-    Line,
-    Noise,
-    base_places,
-    effect_places,
-    line,
-    misfit,
-    narrow,
-    orthonormal,
-    weighted,
-)
+from metrology.diagnostics.laws import Few, Law, estimates, of_families, together
+from metrology.diagnostics.likelihood import Noise, weighted
+from metrology.diagnostics.line import Line, base_places, effect_places, line
+from metrology.diagnostics.misfit import misfit, narrow
 from metrology.diagnostics.probability import probabilities
 from metrology.diagnostics.search import COARSE, Search, View
-from metrology.diagnostics.sets import INVISIBLE, NEGLIGIBLE, Scarce, Set, is_whole, log_likelihood, log_prior
+from metrology.diagnostics.sets import NEGLIGIBLE, Scarce, Set, is_whole, log_likelihood, log_prior
+from metrology.diagnostics.span import orthonormal
 from metrology.diagnostics.subject import Direction
+from metrology.diagnostics.table import INVISIBLE
 from metrology.noise import Colour
 
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from metrology.coordinate import Quantity
-from metrology.diagnostics.laws import hats
+from metrology.diagnostics.families import hats
 from metrology.diagnostics.subject import STRAIGHT, Array, Direction, Fit
 from metrology.estimation import MeasuredRun
 
