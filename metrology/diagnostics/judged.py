@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 
 from metrology.diagnosis import Verdict
 from metrology.diagnostics.laws import Law
-from metrology.diagnostics.search import View
 from metrology.diagnostics.sets import NEGLIGIBLE, Set
 from metrology.diagnostics.subject import Fit
+from metrology.diagnostics.view import View
 
 LIKELY = 0.5
 """Probability from which on an effect is in the model (median probability model; Barbieri & Berger, Ann. Statist. 32

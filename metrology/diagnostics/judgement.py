@@ -13,11 +13,12 @@ from metrology.diagnostics.families import compressed, families
 from metrology.diagnostics.judged import FAR, LIKELY, Judged
 from metrology.diagnostics.likelihood import common, weighted
 from metrology.diagnostics.probability import logistic, normalised
-from metrology.diagnostics.search import COARSE, EQUAL, Search, View, cost
+from metrology.diagnostics.search import COARSE, EQUAL, Search, cost
 from metrology.diagnostics.sets import NONE, Set, is_whole, without
 from metrology.diagnostics.subject import Fit
 from metrology.diagnostics.tails import either
 from metrology.diagnostics.unlisted import law_beside, sharpened
+from metrology.diagnostics.view import View
 
 CERTAIN = 1.0 / (1.0 + math.exp(-EQUAL))
 """Probability from which on an effect, or its group, is named, against other sets and an unlisted law: 20 to 1."""

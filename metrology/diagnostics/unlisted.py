@@ -16,11 +16,12 @@ from metrology.diagnostics.likelihood import Noise, weighted
 from metrology.diagnostics.line import Line, base_places, effect_places, line
 from metrology.diagnostics.misfit import misfit, narrow
 from metrology.diagnostics.probability import probabilities
-from metrology.diagnostics.search import COARSE, Search, View
+from metrology.diagnostics.search import COARSE, Search
 from metrology.diagnostics.sets import NEGLIGIBLE, Scarce, Set, is_whole, log_likelihood, log_prior
 from metrology.diagnostics.span import orthonormal
 from metrology.diagnostics.subject import Direction
 from metrology.diagnostics.table import INVISIBLE
+from metrology.diagnostics.view import View
 from metrology.noise import Colour
 
 

@@ -14,7 +14,7 @@ from metrology.estimation import MeasuredRun
 WANDER = "wander"
 """What such a family is, where others are a force."""
 KNOTS = 9
-"""Places over the time of a run: the shortest smooth law (`laws.SMOOTH`) changes over an eighth of it."""
+"""Places over the time of a run: the shortest smooth law (`families.SMOOTH`) changes over an eighth of it."""
 AMOUNT = 0.1
 """Unit of its amounts, over the noise of one reading."""
 
