@@ -1,9 +1,9 @@
 """One likelihood for a model and all candidate causes: coloured noise, priors, and what even the full list leaves.
 
 readings = model(inputs, effects) + misfit + noise. Around a fit everything is linear: the evidence of every set of
-effects is then closed-form (`line`, `table`). The noise is whitened channel by channel (`noise.colour`). What the model with
-*all* candidates still leaves, the misfit, is measured where the unknowns act and enters their covariance as one factor
-λ (White, Econometrica 50 (1982) 1, with one mean factor in place of a matrix).
+effects is then closed-form (`line`, `table`). The noise is whitened channel by channel (`noise.colour`). What the model
+with *all* candidates still leaves, the misfit, is measured where the unknowns act and enters their covariance as one
+factor λ (White, Econometrica 50 (1982) 1, with one mean factor in place of a matrix).
 """
 
 from __future__ import annotations
