@@ -74,12 +74,11 @@ def linearise(measurands: Sequence[Measurand], knowledge: Knowledge) -> tuple[Li
     -----
     JCGM 100:2008 5.1.3.
     """
-    import uncertainties
+    from metrology.gum import variable
 
     members = {member for ensemble in knowledge.ensembles for member in ensemble.members}
     quantities: dict[str, Any] = {
-        # The standard deviation of the variable is of no account: only derivatives are read off, by the name as tag.
-        name: uncertainties.Variable(item.value, 1.0, name) if item.u or name in members else float(item.value)
+        name: variable.Variable(item.value, name) if item.u or name in members else float(item.value)
         for name, item in knowledge.inputs.items()
     }
     reads: dict[str, Set[str]] = {}
