@@ -60,10 +60,9 @@ class Distribution(ABC):
         tail = np.minimum(p, 1.0 - p)
         return np.where(p > 0.5, self.upper(tail), self.lower(tail))
 
-    def _width(self, **widths: float) -> None:
-        for key, width in widths.items():
-            if not 0 <= width < inf:
-                raise MetrologyError(Fault(f"{self.name}.{key}", f"{width!r}", "a finite number, zero or more"))
+    def _width(self, key: str, width: float) -> None:
+        if not 0 <= width < inf:
+            raise MetrologyError(Fault(f"{self.name}.{key}", f"{width!r}", "a finite number, zero or more"))
 
 
 @dataclass(frozen=True)
@@ -87,7 +86,7 @@ class Normal(Distribution):
     name: ClassVar[str] = "normal"
 
     def __post_init__(self) -> None:
-        self._width(standard=self.standard)
+        self._width("standard", self.standard)
 
     @property
     def u(self) -> float:
@@ -135,7 +134,7 @@ class Student(Distribution):
     name: ClassVar[str] = "student"
 
     def __post_init__(self) -> None:
-        self._width(scale=self.scale)
+        self._width("scale", self.scale)
         _demand(isfinite(self.dof) and self.dof > 0, "student.dof", self.dof, "a finite number above zero")
 
     @classmethod
@@ -193,7 +192,7 @@ class MeanSquare(Distribution):
     name: ClassVar[str] = "chi-square"
 
     def __post_init__(self) -> None:
-        self._width(scale=self.scale)
+        self._width("scale", self.scale)
         _demand(isfinite(self.dof) and self.dof > 0, "chi-square.dof", self.dof, "a finite number above zero")
 
     @property
@@ -244,7 +243,7 @@ class Rectangular(Distribution):
     name: ClassVar[str] = "rectangular"
 
     def __post_init__(self) -> None:
-        self._width(half_width=self.half_width)
+        self._width("half_width", self.half_width)
 
     @property
     def u(self) -> float:
@@ -273,7 +272,7 @@ class Triangular(Distribution):
     name: ClassVar[str] = "triangular"
 
     def __post_init__(self) -> None:
-        self._width(half_width=self.half_width)
+        self._width("half_width", self.half_width)
 
     @property
     def u(self) -> float:
@@ -309,7 +308,7 @@ class Trapezoidal(Distribution):
     name: ClassVar[str] = "trapezoidal"
 
     def __post_init__(self) -> None:
-        self._width(half_width=self.half_width)
+        self._width("half_width", self.half_width)
         _demand(0 <= self.beta <= 1, "trapezoidal.beta", self.beta, "a number from 0 to 1")
 
     @property
@@ -343,7 +342,7 @@ class Arcsine(Distribution):
     name: ClassVar[str] = "arcsine"
 
     def __post_init__(self) -> None:
-        self._width(half_width=self.half_width)
+        self._width("half_width", self.half_width)
 
     @property
     def u(self) -> float:
@@ -379,7 +378,8 @@ class CurvilinearTrapezoid(Distribution):
     name: ClassVar[str] = "curvilinear-trapezoid"
 
     def __post_init__(self) -> None:
-        self._width(half_width=self.half_width, limit_half_width=self.limit_half_width)
+        self._width("half_width", self.half_width)
+        self._width("limit_half_width", self.limit_half_width)
         met = self.limit_half_width <= self.half_width
         _demand(
             met, f"{self.name}.limit_half_width", self.limit_half_width, f"at most the half-width {self.half_width!r}"
