@@ -15,7 +15,7 @@ from metrology.decay.separated import Separated
 from metrology.decay.separation import separate
 from metrology.decay.start import refuse_clipped
 from metrology.diagnostics import decay
-from metrology.diagnostics.release import _blocks
+from metrology.diagnostics.release_cut import _blocks
 from metrology.gum.inputs import Input
 from metrology.timeseries import Channel
 

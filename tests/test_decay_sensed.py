@@ -14,7 +14,8 @@ from metrology.chain import evaluate
 from metrology.coordinate import SENSED
 from metrology.decay import DecayTest, analyse
 from metrology.diagnostics import decay as diagnosed
-from metrology.diagnostics.release import BENT, FORCES, cut
+from metrology.diagnostics.release import BENT, FORCES
+from metrology.diagnostics.release_cut import cut
 from metrology.errors import MetrologyError
 from metrology.gum.inputs import Input
 from metrology.rig import Rig

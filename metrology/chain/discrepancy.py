@@ -7,7 +7,7 @@ from dataclasses import replace
 from math import isfinite
 from typing import TYPE_CHECKING
 
-from metrology.diagnostics.discrepancy import Known, Other, Setting
+from metrology.diagnostics.discrepancy_setting import Known, Other, Setting
 from metrology.methods import METHODS
 
 if TYPE_CHECKING:

@@ -7,7 +7,8 @@ effects, some data).
 from metrology.diagnosis import Cause, Detectable, Diagnosis, Gain, Missing, Part, Separation, Shift, Test, Value
 from metrology.diagnostics.candidate import Candidate
 from metrology.diagnostics.decay import Decay, decay
-from metrology.diagnostics.discrepancy import Known, Other, Setting, explain
+from metrology.diagnostics.discrepancy import explain
+from metrology.diagnostics.discrepancy_setting import Known, Other, Setting
 from metrology.diagnostics.elongation import Elongation, elongation
 from metrology.diagnostics.engine import rank
 from metrology.diagnostics.response import Settings, response

@@ -19,21 +19,11 @@ from metrology.diagnostics.candidate import Candidate, untested
 from metrology.diagnostics.decay_laws import unlisted
 from metrology.diagnostics.engine import rank
 from metrology.diagnostics.overlays import overlying, sought_apart, with_overlays
-from metrology.diagnostics.plain import Plain, Readings, Trial, binned, plain_values
+from metrology.diagnostics.plain import Plain, Readings, Trial, plain_values
 from metrology.diagnostics.plain_pictures import of_decay
-from metrology.diagnostics.release import (
-    BENDS,
-    BENT,
-    FORCES,
-    HARMONICS,
-    LEVELS,
-    LINES,
-    MOTION,
-    STEPS,
-    Record,
-    cut,
-    parts,
-)
+from metrology.diagnostics.plain_reported import binned
+from metrology.diagnostics.release import BENDS, BENT, FORCES, HARMONICS, LEVELS, LINES, MOTION, STEPS, Record
+from metrology.diagnostics.release_cut import cut, parts
 from metrology.diagnostics.subject import Array, Direction, Fit, Slow
 from metrology.errors import Fault, MetrologyError
 from metrology.estimation import Unknown

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from metrology.coordinate import QUANTITIES
-from metrology.diagnostics.laws import Powers, hats, splines
+from metrology.diagnostics.families import Powers, hats, splines
 from metrology.diagnostics.plain import GAIN
 from metrology.diagnostics.release import MOTION, Path, Record
 from metrology.diagnostics.subject import STRAIGHT, Array, Direction

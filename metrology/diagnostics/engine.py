@@ -31,12 +31,12 @@ def rank(
 
     1. The stated model is fitted inside the priors of all known inputs.
     2. The noise of every channel is whitened, and what even the full list of effects leaves enters the covariance
-       (`likelihood`). On the straight line through the fit the evidence of every set of effects is closed-form
-       (`sets`).
+       (`likelihood`, `misfit`). On the straight line through the fit the evidence of every set of effects is
+       closed-form (`line`, `table`).
     3. The sets that promise most are fitted; the straight line is laid through the best one; and so on until none
        promises more, or the budget is spent (`search`).
     4. A smooth force or a curved reading of any form, beside the model and in the place of each of its effects, tells
-       whether the law is complete and the names are sure (`laws`, `judgement`).
+       whether the law is complete and the names are sure (`laws`, `unlisted`, `judgement`).
     5. Each block is predicted from the others, with the stated and with the extended model (`heldout`). An extension
        that predicts them worse follows what is no part of it, such as a step in the readings of one run: it is not
        taken.

@@ -4,153 +4,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from itertools import combinations
-from typing import TypeVar
+from dataclasses import replace
 
 import numpy as np
 
 from metrology.diagnosis import Verdict
-from metrology.diagnostics.laws import Family, Few, Law, compressed, estimates, families, of_families, together
-from metrology.diagnostics.likelihood import (
-    Line,
-    Noise,
-    base_places,
-    common,
-    effect_places,
-    line,
-    misfit,
-    narrow,
-    orthonormal,
-    weighted,
-)
-from metrology.diagnostics.search import COARSE, EQUAL, Search, View, cost
-from metrology.diagnostics.sets import (
-    INVISIBLE,
-    NEGLIGIBLE,
-    NONE,
-    Scarce,
-    Set,
-    is_whole,
-    log_likelihood,
-    log_prior,
-    without,
-)
-from metrology.diagnostics.subject import Direction, Fit
+from metrology.diagnostics.families import compressed, families
+from metrology.diagnostics.judged import FAR, LIKELY, Judged
+from metrology.diagnostics.likelihood import common, weighted
+from metrology.diagnostics.probability import logistic, normalised
+from metrology.diagnostics.search import COARSE, EQUAL, Search, cost
+from metrology.diagnostics.sets import NONE, Set, is_whole, without
+from metrology.diagnostics.subject import Fit
 from metrology.diagnostics.tails import either
-from metrology.noise import Colour
+from metrology.diagnostics.unlisted import law_beside, sharpened
+from metrology.diagnostics.view import View
 
-Model = TypeVar("Model", Set, Set | None)
-LIKELY = 0.5
-"""Probability from which on an effect is in the model (median probability model; Barbieri & Berger, Ann. Statist. 32
-(2004) 870), and share of the misfit from which on a model explains it, or one of its effects: more than half."""
 CERTAIN = 1.0 / (1.0 + math.exp(-EQUAL))
 """Probability from which on an effect, or its group, is named, against other sets and an unlisted law: 20 to 1."""
-FAR = 5.0
-"""Difference in ln evidence that decides: 150 to 1, 'very strong' of Kass & Raftery (see `search.EQUAL`)."""
-
-
-@dataclass(frozen=True)
-class WithLaw:
-    """An unlisted law with a part of the effects of a model.
-
-    Parameters
-    ----------
-    kept : set of str
-        Effects that are still there.
-    values : mapping of str to (float, float)
-        Unknowns with their standard uncertainties.
-    log_evidence : float
-        Ln evidence over that of the model.
-    """
-
-    kept: Set
-    values: Mapping[str, tuple[float, float]]
-    log_evidence: float
-
-
-@dataclass(frozen=True)
-class Judged:
-    """Outcome of a diagnosis, before it is put into words.
-
-    Parameters
-    ----------
-    base, last : Fit
-        The model as stated, and with the set of effects that has the most evidence.
-    first, view : View
-        Straight lines through the two.
-    verdict : str
-        Step of the ladder.
-    probability : mapping of str to float
-        Inclusion probability of every effect that was looked at.
-    groups : tuple of tuple of str
-        Effects that these data cannot tell apart, the most probable first; an effect alone where they do not decide
-        whether it is there: it is more probable than not, or the only model that there is.
-    carries : mapping of str to float
-        For each effect of the model: part of what is left without it that it takes away.
-    share : float
-        Part of the misfit of the stated model that the effects explain.
-    law : Law or None
-        Unlisted law that explains most of what is left, and with `unlisted` its probability.
-    replaced : tuple of str
-        Effects of the model in whose place an unlisted law would do as well.
-    others : mapping of str to Fit
-        For each effect of the model: the model without it.
-    exchanged : mapping of (str, str) to (Fit, float)
-        For an effect of the model and another in its place: that fit, and its ln evidence over the model's.
-    failures : tuple of str
-        What could not be fitted.
-    weights : mapping of set of str to float
-        Probability of every set of effects.
-    doubtful : tuple of str
-        Effects of the model that are not named, since they and those that do as well are not certain.
-    kinds : tuple of (str, Fit, float)
-        Effect of the model that is there in another kind, or in whose place another is; that fit, and its ln evidence
-        over the model's.
-    lawful : tuple of WithLaw
-        What an unlisted law says that the data do not rule out.
-    minor : tuple of str
-        Effects of the model that carry less than what remains: certain, but not named.
-    heavy : float
-        Probability that noise of few readings has heavy tails.
-    """
-
-    base: Fit
-    last: Fit
-    first: View
-    view: View
-    verdict: Verdict
-    probability: Mapping[str, float]
-    groups: tuple[tuple[str, ...], ...]
-    carries: Mapping[str, float]
-    share: float
-    law: Law | None
-    unlisted: float
-    replaced: tuple[str, ...]
-    others: Mapping[str, Fit]
-    exchanged: Mapping[tuple[str, str], tuple[Fit, float]]
-    failures: tuple[str, ...] = ()
-    weights: Mapping[Set, float] = field(default_factory=dict)
-    doubtful: tuple[str, ...] = ()
-    kinds: tuple[tuple[str, Fit, float], ...] = ()
-    lawful: tuple[WithLaw, ...] = ()
-    minor: tuple[str, ...] = ()
-    heavy: float = 0.0
-
-    @property
-    def nothing(self) -> float:
-        """Probability that no listed effect is missing."""
-        return float(self.weights.get(frozenset(), 0.0))
-
-    @property
-    def is_extended(self) -> bool:
-        """Whether there is a model beside the stated one."""
-        return bool(self.last.effects) and self.verdict != "not finished"
-
-    @property
-    def misfit(self) -> float:
-        """λ at the end: what no model explains, over the noise, where the unknowns act."""
-        return self.view.noise.misfit
 
 
 def judge(search: Search, base: Fit, first: View, view: View) -> Judged:
@@ -159,17 +30,17 @@ def judge(search: Search, base: Fit, first: View, view: View) -> Judged:
     others = {name: fit for name in last.effects
               if (fit := _fit_of(search, view, without(view.effects, name, search.beside))) is not None}  # fmt: skip
     exchanged = search.exchanged(view)
-    weights = _normalised(_evidence(search, view))
+    weights = normalised(_evidence(search, view))
     forms = search.subject.families(last)
-    sharper, floor = _sharper(search, view, forms)
+    sharper, floor = sharpened(search, view, forms)
     sharper, found = compressed(sharper, families(sharper, forms, last.used))
     listed = 1.0 / weights.get(view.effects, 1.0)
-    law, unlisted, instead, lawful = _unlisted(search, view, sharper, found, listed)
+    law, unlisted, instead, lawful = law_beside(search, view, sharper, found, listed)
     needed = law is not None and law.log_bayes > FAR
     if search.subject.is_scarce and law is not None and law.log_bayes > EQUAL:
         # Beside a law that is there all the same, an effect is what is far larger than all the rest of it.
         sized = [one.of_one_size for one in found]
-        *_, beside, with_effects = _unlisted(search, view, sharper, sized, listed, given=unlisted)
+        *_, beside, with_effects = law_beside(search, view, sharper, sized, listed, given=unlisted)
         if min(beside.values(), default=1.0) <= logistic(-FAR):
             needed, instead, lawful = True, beside, with_effects
     tried = dict.fromkeys(name for one in weights for name in one)
@@ -286,13 +157,6 @@ def _tails(search: Search, view: View, fit: Fit) -> float:
     return either(fit, view.table.among, search.rounding(fit)) if search.subject.is_scarce else 0.0
 
 
-def _normalised(evidence: Mapping[Model, float]) -> dict[Model, float]:
-    top = max(evidence.values())
-    weights = {one: math.exp(max(value - top, -700.0)) for one, value in evidence.items()}
-    total = math.fsum(weights.values())
-    return {one: value / total for one, value in weights.items()}
-
-
 def _groups(
     effects: Sequence[str], exchanged: Mapping[tuple[str, str], tuple[Fit, float]], weights: Mapping[Set, float]
 ) -> dict[str, tuple[str, ...]]:
@@ -332,158 +196,3 @@ def _gone(view: View, floor: float, before: Fit, after: Fit) -> float:
     plain = replace(view.noise, misfit=1.0)
     left = [max(weighted(one, plain, used) - floor, 0.0) for one in (before, after)]
     return float(np.clip(1.0 - left[1] / left[0], 0.0, 1.0)) if left[0] > 0 else 0.0
-
-
-# ---- unlisted laws ------------------------------------------------------------------------------------------------
-def _sharper(search: Search, view: View, forms: Sequence[Direction]) -> tuple[Line, float]:
-    """Line of the model in a metric to whose misfit the unlisted laws do not count, and what noise alone leaves."""
-    fit = view.fit
-    if search.subject.is_scarce:
-        cost = weighted(fit, view.noise, fit.used) + search.rounding(fit)
-        level = math.sqrt(cost / max(fit.count - view.line.base.shape[1], 1))
-        channels = {one.name: Colour(level, np.array([1.0 / level])) for block in fit.problem.blocks
-                    for one in block.segments}  # fmt: skip
-        return _in_shape(line(fit, search.subject.candidates, (), Noise(channels), fit.used), search), cost
-    whole = _beside_lines(search, view, forms)
-    every, left = whole.explained_with([one.rows for one in families(whole, forms, fit.used)])
-    sought = np.hstack([whole.base, *(one.rows for one in whole.columns if one.direction is None)])
-    least = min(misfit(whole, sought, (every, left)), view.noise.misfit)
-    # χ² that everything that is known leaves of the readings, as if nothing but noise had been fitted.
-    return whole.with_misfit(least), float(left @ left + every.width - orthonormal(sought).shape[1])
-
-
-def _in_shape(found: Line, search: Search) -> Line:
-    """Line of a fit to few readings with its effects in the shapes that were found: far off, no shape is straight."""
-    unknowns, candidates = found.fit.problem.unknowns, search.subject.candidates
-    columns = []
-    for one in found.columns:
-        shapes = {size.name for size in candidates[one.effect].parameters if size.shape}
-        places, _ = effect_places(found.fit, candidates[one.effect])
-        away = [at for at, place in enumerate(places) if unknowns[place].name.split("@")[0] in shapes]
-        columns.append(replace(one, rows=np.delete(one.rows, away, axis=1)))
-    return replace(found, columns=tuple(columns))
-
-
-def _beside_lines(search: Search, view: View, forms: Sequence[Direction]) -> Line:
-    """Line of a view with a misfit of 1, where the noise about unlisted lines is that of each record there."""
-    whole = view.line.with_misfit(1.0)
-    lines = [one.rows for one in families(whole, [one for one in forms if one.is_line], view.fit.used)]
-    beside = narrow(whole, lines, view.noise.misfit)
-    if not beside:
-        return whole
-    by = replace(whole.noise, narrow=(*whole.noise.narrow, *beside))
-    tried = [one.direction for one in whole.columns if one.direction is not None]
-    return line(view.fit, search.subject.candidates, tried, by, view.fit.used)
-
-
-def _unlisted(
-    search: Search, view: View, sharper: Line, found: Sequence[Family], listed: float, given: float | None = None
-) -> tuple[Law | None, float, dict[str, float], tuple[WithLaw, ...]]:
-    """Best unlisted law, its probability together with any effects of the model, and for each that of a law instead.
-
-    Last the unknowns of the base with a law and every part of the model. Only a law of one quantity takes the place of
-    an effect, and only where the readings do not refute it. `listed`: evidence of all sets of listed effects over that
-    of the model, each of which a law may be beside as well as beside the model. `given`: probability that a law is
-    there, where it is known: all else is asked of the models with one.
-    """
-    table, own, free = view.table, view.effects, view.table.free
-    simple = [family for family in found if family.is_simple]
-    evidence: dict[Set, float] = {}
-    laws: dict[Set, list[Law]] = {}
-    # In the metric of the sharper line, which has one level of noise where readings are few.
-    level = next((one.level for one in sharper.noise.channels.values()), 1.0)
-    rounding = table.rounding / level**2
-    scarce = None if free is None else Scarce(free, free / level**2)
-    for one in _parts(view.fit.effects, search.beside):
-        wide = sum(table.members[name].ways for name in one)
-        few = None if scarce is None else Few(scarce, wide, rounding)
-        laws_of, squares = of_families(sharper, simple, one, few)
-        if not laws_of:
-            return None, 0.0, {}, ()
-        law = together(laws_of)
-        prices = math.fsum(table.members[name].price for name in one)
-        likely = log_likelihood(squares + rounding, scarce, wide) - prices
-        if one == own:
-            # A fit ends above its straight line where a size is pressed against a bound.
-            reached = max(squares + rounding, sharper.count - sharper.base.shape[1]) if scarce else squares
-            alone_squares = squares
-            alone = log_likelihood(reached, scarce, wide) - prices + log_prior(len(one), table.among + 1)
-            every, _ = of_families(sharper, found, one, few)
-            whole = together(every)
-            beside = likely + whole.log_bayes + log_prior(len(one) + 1, table.among + 1) - alone
-        elif free is None and _refuted(sharper, squares - law.gone):
-            continue
-        evidence[one] = likely + law.log_bayes + log_prior(len(one) + 1, table.among + 1)
-        laws[one] = laws_of
-    # Of the model without a law, that is.
-    over = {one: value - alone for one, value in evidence.items()}
-    others = listed if given is None else 0.0
-    instead_of = _probabilities(over, others)
-    instead = {name: math.fsum(w for one, w in instead_of.items() if name not in one) for name in own}
-    laws[own] = every
-    everywhere = {**over, own: beside + math.log(listed)}
-    unlisted = math.fsum(_probabilities(everywhere, others).values())
-    # Of few readings, the unknowns are those of the models that can be given, not of all sets like one of them.
-    over = everywhere if free is None else {**over, own: beside}
-    weights = _probabilities(over, others)
-    if given is not None:
-        odds = math.log(given) - math.log(max(1.0 - given, 1e-300)) + math.log(listed)
-        over = {one: math.log(max(w, 1e-300)) + odds for one, w in weights.items()}
-    fitted = [(one, law, over[one] + math.log(part)) for one, w in weights.items() if w > NEGLIGIBLE
-              for law, part in zip(laws[one], _shares(laws[one]), strict=True) if w * part > NEGLIGIBLE]  # fmt: skip
-    if free is not None:
-        fitted = [each for each in fitted if not _has(sharper, each[1], each[0])] or fitted
-    if free is None and _refuted(sharper, alone_squares - whole.gone):
-        # Of laws that all leave more than noise none is true: each that carries much is a guess, as good as it carries.
-        fitted = [(own, law, beside + math.log(law.gone)) for law in every if law.log_bayes > FAR] or fitted
-    lawful = tuple(WithLaw(one, _named_values(search, sharper, one, law), more) for one, law, more in fitted)
-    return whole, unlisted, instead, lawful
-
-
-def _has(sharper: Line, law: Law, kept: Set) -> bool:
-    """Whether a law can be one of some effects: such an effect beside it would be of any size, and k with it."""
-    taken = orthonormal(np.hstack([sharper.base, law.rows]))
-    own = (one.rows for one in sharper.columns if one.direction is None and one.effect in kept)
-    left = ((rows, rows - taken @ (taken.T @ rows)) for rows in own)
-    return any(np.linalg.norm(after) <= INVISIBLE * np.linalg.norm(rows) for rows, after in left)
-
-
-def _shares(laws: Sequence[Law]) -> list[float]:
-    """Part that each family has in the evidence of all."""
-    from scipy.special import softmax
-
-    return [float(share) for share in softmax([law.log_bayes for law in laws])]
-
-
-def _refuted(sharper: Line, left: float) -> bool:
-    """Whether a law leaves of the readings what is no noise: χ² in the metric of a line, over that of the noise."""
-    return bool(left * sharper.noise.misfit > COARSE * (sharper.count - sharper.base.shape[1]))
-
-
-def _probabilities(over: Mapping[Set, float], others: float) -> dict[Set, float]:
-    """Probability of each of some models beside others, of whose evidence together that of the models is given over."""
-    found = _normalised({None: math.log(others), **over} if others > 0 else {**over})
-    return {one: w for one, w in found.items() if one is not None}
-
-
-def _named_values(search: Search, sharper: Line, kept: Set, law: Law) -> dict[str, tuple[float, float]]:
-    """Unknowns of the base with some effects and a law, and their standard uncertainties, by name.
-
-    The straight part of a law is as large as the rest of it, for all that the readings say, and is in k or c.
-    """
-    shift, u = estimates(sharper, kept, law)
-    places = base_places(sharper.fit, search.subject.candidates)
-    unknowns, theta = sharper.fit.problem.unknowns, sharper.fit.theta
-    return {(name := unknowns[at].name): (float(theta[at] + moved), math.hypot(own, law.off.get(name, 0.0)))
-            for at, moved, own in zip(places, shift, u, strict=True)}  # fmt: skip
-
-
-def _parts(effects: Sequence[str], beside: Mapping[str, str]) -> list[Set]:
-    """Every set of some effects, each beside what it needs."""
-    every = (frozenset(one) for count in range(len(effects) + 1) for one in combinations(effects, count))
-    return [one for one in every if is_whole(one, beside)]
-
-
-def logistic(odds: float) -> float:
-    """Probability of odds that are given by their logarithm."""
-    return 1.0 / (1.0 + math.exp(-min(max(odds, -700.0), 700.0)))

@@ -14,13 +14,15 @@ from metrology.decay.hop import Hop
 from metrology.diagnosis import Cause, Diagnosis, Value, Verdict
 from metrology.diagnostics.candidate import DECAY as TABLE
 from metrology.diagnostics.intervals import NORMAL_95
-from metrology.diagnostics.judgement import FAR, LIKELY, logistic
-from metrology.diagnostics.likelihood import Noise, noise, orthonormal, slow_motion, spread_out
+from metrology.diagnostics.judged import FAR, LIKELY
+from metrology.diagnostics.likelihood import Noise, noise, slow_motion, spread_out
 from metrology.diagnostics.plain import Plain
+from metrology.diagnostics.probability import logistic
 from metrology.diagnostics.release import STEPS
+from metrology.diagnostics.span import orthonormal
 from metrology.diagnostics.subject import Array, Fit
 from metrology.diagnostics.supported import spread
-from metrology.diagnostics.verdict import EITHER, followed
+from metrology.diagnostics.verdict_sentences import EITHER, followed
 from metrology.message import said
 
 if TYPE_CHECKING:

@@ -23,7 +23,7 @@ ROLES: tuple[tuple[Role, str], ...] = (("before", said("model as it stands")), (
 
 
 class Form(Protocol):
-    """A force that depends on one quantity, judged: places, amounts and their u, as `flexible.forms` gives them."""
+    """A force that depends on one quantity, judged: places, amounts and their u, as `free_force.forms` gives them."""
 
     @property
     def family(self) -> str:

@@ -10,18 +10,14 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from metrology.coordinate import SENSED, Sensed
+from metrology.coordinate import Sensed
 from metrology.decay.hop import Hop
-from metrology.decay.modes import guard, is_mains
 from metrology.decay.oscillation import DEGREE
-from metrology.decay.separated import Separated, drift
 from metrology.decay.separation import HOPS
 from metrology.diagnostics.candidate import DECAY
 from metrology.diagnostics.subject import Array
-from metrology.message import said
 from metrology.rig import Motions, Rig, Run, Sensitivities, sensitivities, simulate_many
-from metrology.timeseries.spectra import on_grid, periodogram
-from metrology.timeseries.white_noise import quantum, rounding_bias
+from metrology.timeseries.spectra import on_grid
 
 FORCES = {size.name: size.null for one in DECAY.values() if one.acts in ("module", "line") and not one.cause.alone
           for size in one.parameters}  # fmt: skip
@@ -51,14 +47,11 @@ LONGEST = 300
 """Periods of a record that are looked at, from the release on."""
 
 
-BESIDE = (2.0, 10.0)
-"""Steps of the spectrum from a line between which the noise beside it is looked at: Hann's window lets the line through
-up to two, and sixteen values know their median to a third."""
 FINE = 40
 """Steps per period of an integral over a motion."""
 DIFFERENCE = 1e-3
 """Part of 1/ω between two velocities whose difference is an acceleration: right to its square over six, 2e-7."""
-_ACCELERATION = 2
+ACCELERATION = 2
 STEP = 1e-3
 """Part of the first swing by which a start is changed for a derivative."""
 FADED = 1e-8
@@ -136,9 +129,9 @@ class Record:
 
         An acceleration is the difference of two velocities, `before` and after each node.
         """
-        if self.sensed.order < _ACCELERATION:
+        if self.sensed.order < ACCELERATION:
             return self.nodes, self.weights
-        before = _before(self.sensed, self.omega)
+        before = node_gap(self.sensed, self.omega)
         slopes = 0.5 * self.weights / before
         return np.concatenate([self.nodes - before, self.nodes + before]), np.concatenate([-slopes, slopes])
 
@@ -208,10 +201,10 @@ class Record:
     def _noded(self, values: Array) -> Array:
         """What is read at the nodes of the blocks, of values at the stamps of the run, (…, stamps) → (…, 3, n)."""
         found = values[..., self._places[1]]
-        if self.sensed.order < _ACCELERATION:
+        if self.sensed.order < ACCELERATION:
             return np.asarray(found)
         half = found.shape[-2] // 2
-        return np.asarray((found[..., half:, :] - found[..., :half, :]) / (2 * _before(self.sensed, self.omega)))
+        return np.asarray((found[..., half:, :] - found[..., :half, :]) / (2 * node_gap(self.sensed, self.omega)))
 
     def _weighed(self, nodes: Array) -> Array:
         """Means over the blocks, shape (…, 3, n) → (…, n)."""
@@ -339,134 +332,6 @@ class Record:
         return np.asarray(-values.get(f"{name}.rate", 0.0) * self.nodes)
 
 
-def cut(name: str, parted: Separated, mains: float) -> Record:
-    """Cut and average one release; lines that have nothing to do with the decay are taken out before."""
-    main, fit, free = parted.fit.main, parted.fit, parted.free
-    taken = [at for at in range(1, len(fit.modes)) if _foreign(fit.modes[at].omega, parted)]
-    value: Array = free.value
-    noise: Array | float = parted.noise
-    period = 2 * math.pi / main.omega
-    kept = (parted.t >= parted.crossed) & (parted.t <= parted.crossed + LONGEST * period)
-    if parted.rounded is not None:
-        likely, each = parted.rounded.likely
-        value, noise = value + likely - parted.rounded.value, each[kept]  # less the steps that were taken out
-    value = value - sum((fit.part(parted.t, at) for at in taken), np.zeros(len(free.value)))
-    t, y, u, nodes, weights = _blocks(parted.t[kept], value[kept], noise, period / PER_PERIOD)
-    steps = [(one, _blocks(parted.t[kept], (parted.free.time >= one.time)[kept].astype(float), noise,
-                           period / PER_PERIOD)[1]) for one in parted.hops]  # fmt: skip
-    sensed = SENSED[free.unit]
-    zero = nodes.min() - _before(sensed, main.omega)
-    a, b = fit.coefficients[0]
-    pole = complex(-main.rate, main.omega)
-    turned = complex(a, -b) * np.exp(pole * zero) / pole**sensed.order
-    lines = tuple(
-        Line(mode.frequency, float(fit.amplitudes[at]), is_mains(mode, mains), _beside(mode.frequency, parted),
-             mode.frequency / max(mode.rate, 1.0 / float(parted.t[-1] - parted.crossed)))
-        for at, mode in enumerate(fit.modes) if at in taken
-    )  # fmt: skip
-    return Record(
-        name, sensed, t - zero, y, u, nodes - zero, weights, main.omega, main.rate, float(turned.real),
-        float((turned * pole).real), float(np.mean(y[len(y) // 2 :])), lines, parted.noise,
-        int(kept.sum()) / len(t), _by_rounding(parted), parted.rounded is not None, _seen(steps),
-        _settles(parted, zero),
-    )  # fmt: skip
-
-
-def _settles(parted: Separated, zero: float) -> tuple[float, float]:
-    """By how much a record settles from a time on, and its rate."""
-    rate = parted.fit.settling
-    return (drift(parted).settles * math.exp(-rate * zero), rate) if rate else (0.0, 0.0)
-
-
-def _by_rounding(parted: Separated) -> float:
-    """By what rounding alone the mean of readings at rest is off."""
-    of = parted.rounded
-    if of is None:
-        return rounding_bias(parted.noise, quantum(parted.free))
-    return rounding_bias(math.hypot(of.level, of.step / math.sqrt(12)), of.step)
-
-
-def _before(sensed: Sensed, omega: float) -> float:
+def node_gap(sensed: Sensed, omega: float) -> float:
     """Time / s by which the velocities lie apart from a node whose difference an acceleration is."""
-    return DIFFERENCE / omega if sensed.order == _ACCELERATION else 0.0
-
-
-def _seen(steps: Sequence[tuple[Hop, Array]], rows: slice = slice(None)) -> tuple[tuple[Hop, Array], ...]:
-    """Steps within some rows of a record: one before them, or after them, is their zero."""
-    return tuple((hop, later[rows]) for hop, later in steps if np.ptp(later[rows]) > 0)
-
-
-def _beside(frequency: float, parted: Separated) -> float:
-    """Noise beside a line: that of the readings, or more where the residuals have more there (`BESIDE`).
-
-    A band of noise holds lines by the dozen: against white noise each of them has all the evidence there is.
-    """
-    f, power = periodogram(parted.t, parted.fit.residual)
-    off = np.abs(f - frequency) / f[1]
-    beside = power[(off > BESIDE[0]) & (off <= BESIDE[1])]
-    # The median of squares of noise is ln 2 of their mean; another line among them does not move it.
-    return max(parted.noise, math.sqrt(float(np.median(beside)) / math.log(2)))
-
-
-def _blocks(t: Array, y: Array, noise: Array | float, width: float) -> tuple[Array, ...]:
-    """Means over blocks of as many samples as span `width` / s, none across a gap, with nodes and weights of each.
-
-    `noise`: standard deviation of the readings; where each has its own, the means are weighted by 1/u².
-    """
-    steps = np.diff(t)
-    step = float(np.median(steps))
-    count = max(1, int(width / step))
-    # A new block after so many samples, and after a gap.
-    number = np.concatenate([[0], np.cumsum(np.where(steps > 1.5 * step, count, 1))])
-    number = np.cumsum(np.concatenate([[0], np.diff(number // count) > 0]))
-    usual = float(np.median(noise))
-    share = (usual / np.broadcast_to(noise, t.shape)) ** 2
-    size = np.bincount(number, share)
-    mean = np.bincount(number, share * t) / size
-    apart = t - mean[number]
-    second, third, fourth = (np.bincount(number, share * apart**power) / size for power in (2, 3, 4))
-    spread = np.maximum(second, 1e-300)
-    lean = third / spread
-    # Three times for the fourth power as well; between readings of unlike weight two, which lie among them.
-    wide = spread if np.ndim(noise) else np.maximum(fourth - lean * third, 0.0) / spread
-    half = np.sqrt(0.25 * lean**2 + wide)
-    low, high = 0.5 * lean - half, 0.5 * lean + half
-    if np.ndim(noise):
-        before, after = high / (high - low), -low / (high - low)
-    else:
-        before, after = (np.where(second > 0, second / np.where(second > 0, one * (one - other), 1.0), 0.0)
-                         for one, other in ((low, high), (high, low)))  # fmt: skip
-    nodes, weights = np.array([mean + low, mean, mean + high]), np.array([before, 1 - before - after, after])
-    return mean, np.bincount(number, share * y) / size, usual / np.sqrt(size), nodes, weights
-
-
-def parts(one: Record) -> list[Record]:
-    """First and later part of a single release, so that each can be predicted from the other."""
-    at = int(np.searchsorted(one.t, min(0.5 * one.t[-1], 0.7 / max(one.rate, 1e-12))))
-    if min(at, len(one.t) - at) < 3 * PER_PERIOD:
-        return [one]
-    zero = float(one.nodes[0, at]) - _before(one.sensed, one.omega)
-    pole, (size, settling) = complex(-one.rate, one.omega), one.settles
-    turned = complex(one.x0, -(one.v0 + one.rate * one.x0) / one.omega) * np.exp(pole * zero)
-    first, later = slice(None, at), slice(at, None)
-    return [
-        replace(
-            one, name=said("{record}, first part", record=one.name), t=one.t[first], y=one.y[first], u=one.u[first],
-            nodes=one.nodes[:, first], weights=one.weights[:, first], steps=_seen(one.steps, first),
-        ),
-        replace(
-            one, name=said("{record}, later part", record=one.name), t=one.t[later] - zero, y=one.y[later],
-            u=one.u[later],
-            nodes=one.nodes[:, later] - zero, weights=one.weights[:, later], x0=float(turned.real),
-            v0=float((turned * pole).real), steps=_seen(one.steps, later),
-            settles=(size * math.exp(-settling * zero), settling),
-        ),
-    ]  # fmt: skip
-
-
-def _foreign(omega: float, parted: Separated) -> bool:
-    """Whether a line is none that the decay itself makes: near its frequency as that moves, or near a multiple."""
-    main = parted.fit.main
-    order = max(1, round(omega / main.omega))
-    width = (0.2 if order == 1 else 0.04) * main.omega + guard(main, float(parted.t[-1]) - parted.crossed)
-    return order > HARMONICS or abs(omega - order * main.omega) > width
+    return DIFFERENCE / omega if sensed.order == ACCELERATION else 0.0

@@ -12,7 +12,7 @@ import numpy as np
 
 from metrology.coordinate import QUANTITIES
 from metrology.diagnosis import Missing, Picture
-from metrology.diagnostics import flexible, settling
+from metrology.diagnostics import flexible, free_force, settling
 from metrology.diagnostics.candidate import RESPONSE, Candidate, untested
 from metrology.diagnostics.following import followed
 from metrology.diagnostics.force import missing_force
@@ -431,7 +431,7 @@ class Response:
     # ---- what is reported ---------------------------------------------------------------------------------------
     def missing(self, fit: Fit) -> Missing | None:
         """Force or reading that the base model lacks: what takes up most, else the plain balance of forces."""
-        found = flexible.missing(flexible.forms(fit, self._forms(fit)))
+        found = free_force.missing(free_force.forms(fit, self._forms(fit)))
         if found is not None:
             return found
         rig, layout = self.layout(fit.effects, fit.values)
@@ -442,7 +442,7 @@ class Response:
         ways = []
         for fit in filter(None, (before, after)):
             runs = followed(*self.layout(fit.effects, fit.values), self.runs, fit)
-            ways.append((runs, flexible.forms(fit, self._forms(fit))))
+            ways.append((runs, free_force.forms(fit, self._forms(fit))))
         return of_response(ways)
 
     def parts(self, fit: Fit) -> Mapping[tuple[str, str], Sequence[tuple[str, Marks]]]:

@@ -7,44 +7,27 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import pairwise
 
-import numpy as np
 from scipy.special import logsumexp
 
-from metrology.diagnostics.candidate import Candidate
-from metrology.diagnostics.likelihood import (
-    Line,
-    Noise,
-    base_places,
-    common,
-    line,
-    misfit,
-    narrow,
-    noise,
-    orthonormal,
-    slow_motion,
-    weighted,
-)
+from metrology.diagnostics.likelihood import Noise, common, slow_motion, weighted
+from metrology.diagnostics.line import line
 from metrology.diagnostics.sets import (
-    LARGEST,
     NEGLIGIBLE,
     NONE,
     Scarce,
-    Score,
     Set,
-    Table,
-    instead,
     is_whole,
     log_likelihood,
     log_prior,
     price,
-    scores,
-    table,
     ways,
     without,
 )
-from metrology.diagnostics.subject import LOST, Array, Direction, Fit, Marks, Subject
+from metrology.diagnostics.start_values import starts
+from metrology.diagnostics.subject import LOST, Fit, Marks, Subject
+from metrology.diagnostics.table import LARGEST, instead, table
+from metrology.diagnostics.view import View, view_of
 from metrology.effect import Size
 from metrology.message import said
 
@@ -75,35 +58,6 @@ FORM = 5e-3
 (c·ω/k)², 2.4e-3 for the stiffest tape of the paper; a friction of 7 µN was named for it."""
 HALF = 0.5
 """Part of a promise in ln evidence for more of which a step with fewer effects is taken first."""
-LITTLE, HARDLY = 0.3, 0.01
-"""Parts of what can just be seen of an effect with which a fit begins: to have a way on, and to change nothing."""
-
-
-@dataclass(frozen=True)
-class View:
-    """A fit, its straight line in the metric of the noise, and the evidence of the sets around it."""
-
-    fit: Fit
-    line: Line
-    table: Table
-    evidence: Mapping[Set, float]
-    compared: dict[int, tuple[Fit, float]] = field(default_factory=dict, repr=False, compare=False)
-    """Ln evidence over it of the fits that were compared with it, each kept so that its identity stays its own."""
-
-    @property
-    def noise(self) -> Noise:
-        """Colour of every channel and the factor of the misfit."""
-        return self.line.noise
-
-    @cached_property
-    def scores(self) -> dict[str, Score]:
-        """Every candidate alone beside the fit."""
-        return scores(self.line)
-
-    @property
-    def effects(self) -> Set:
-        """Effects that the fit carries."""
-        return frozenset(self.fit.effects)
 
 
 @dataclass
@@ -137,25 +91,10 @@ class Search:
         fit = self.subject.finished(fit)
         self.fits[frozenset(fit.effects)] = fit
         self.spent += int(fit.dear) - 1
-        candidates = self.subject.candidates
-        others = [name for name in candidates if name not in fit.effects and self.is_open(fit.effects, name)]
-        directions = list(self.subject.directions(fit, others))
-        if self.subject.is_scarce:
-            scarce = line(fit, candidates, directions, Noise({}), fit.used)
-            formed = replace(table(scarce, candidates, free=self.fits[NONE].free), rounding=self.rounding(fit))
-            return View(fit, scarce, formed, _evidence(fit, formed))
-        by = noise(fit, *_left(fit, candidates, directions, self.subject.floor))
-        plain = line(fit, candidates, directions, by, fit.used)
-        own = [one for one in plain.columns if one.direction is None]
-        # What is left about the frequency of a line is no misfit elsewhere.
-        sought = np.hstack([plain.base, *(one.rows for one in own if not candidates[one.effect].is_line)])
-        factor = misfit(plain, sought)
-        beside = narrow(plain, [one.rows for one in plain.columns if candidates[one.effect].is_line], factor)
-        if beside:
-            plain = line(fit, candidates, directions, replace(by, narrow=beside), fit.used)
-        scaled = plain.with_misfit(factor)
-        formed = table(scaled, candidates)
-        return View(fit, scaled, formed, _evidence(fit, formed))
+        others = [
+            name for name in self.subject.candidates if name not in fit.effects and self.is_open(fit.effects, name)
+        ]
+        return view_of(fit, self.subject, self.subject.directions(fit, others), self.fits[NONE], self.rounding(fit))
 
     @cached_property
     def beside(self) -> Mapping[str, str]:
@@ -423,7 +362,7 @@ class Search:
         smaller = self._smaller(wanted)
         best: Fit | None = None
         steps = 0.0
-        for values in self._near(tuple(order), self._starts(here, wanted, smaller)):
+        for values in self._near(tuple(order), starts(here, self.subject.candidates, wanted, smaller)):
             fit = self.subject.fit(tuple(order), [values])
             steps += 0 if fit is None else fit.steps
             if fit is not None and (best is None or fit.mean_cost < best.mean_cost):
@@ -455,74 +394,6 @@ class Search:
                 yield values
         if lost:
             yield from starts
-
-    def _starts(self, here: View, wanted: Set, smaller: Fit | None) -> list[dict[str, float]]:
-        """Values to begin from: the straight line's, those of the fit with a little of what is new, a smaller model's.
-
-        In the last there is hardly anything else than that model.
-        """
-        values, plain = dict(here.fit.values), dict(here.fit.values)
-        hardly = {**plain, **(smaller.values if smaller else {})}
-        found = here.table.amounts(wanted)
-        rows = np.zeros(len(here.line.residual))
-        first = 0
-        for name, member in here.table.members.items():
-            if name not in wanted:
-                continue
-            width = member.rows.shape[1]
-            if found is not None:
-                amounts = found[0][first : first + width]
-                rows = rows + member.column.rows @ amounts
-                if member.column.direction is not None:
-                    values |= self._begun(here.fit, name, member.column.direction, amounts)
-            if member.column.direction is not None:
-                plain |= self._begun(here.fit, name, member.column.direction, np.full(width, LITTLE))
-            if smaller is not None and name not in smaller.effects:
-                hardly |= self._hardly(here, smaller, name)
-            first += width
-        self._shifted(here, values, rows)
-        return [values, plain, hardly]
-
-    def _hardly(self, here: View, smaller: Fit, name: str) -> dict[str, float]:
-        """Hardly anything of an effect, to begin with beside a smaller model."""
-        member, size = here.table.members[name], self.subject.candidates[name].size
-        if member.column.direction is not None:
-            return self._begun(smaller, name, member.column.direction, np.full(member.rows.shape[1], HARDLY))
-        at = here.fit.index(size.name)
-        u = 0.0 if at is None else math.sqrt(float(here.fit.covariance[at, at]))
-        return {size.name: size.null + HARDLY * math.copysign(u, here.fit.values.get(size.name, size.null) - size.null)}
-
-    def _begun(self, fit: Fit, name: str, one: Direction, amounts: Array) -> dict[str, float]:
-        """Values of a candidate with so much of its trial."""
-        candidate = self.subject.candidates[name]
-        size = candidate.size
-        if candidate.cause.spectral:
-            pairs = [amounts[at : at + 2] for at in range(0, len(amounts), 2)]
-            phase = candidate.parameters[2].name
-            own = {f"{phase}@{way.partition('@')[2]}": math.atan2(cosine, sine)
-                   for way, (sine, cosine) in zip(one.ways[::2], pairs, strict=True)}  # fmt: skip
-            mean = float(np.mean([math.hypot(*pair) for pair in pairs]))
-            return {**one.values, size.name: one.amount * mean, **own}
-        if one.ways:
-            return {**one.values, **{way: one.amount * float(a) for way, a in zip(one.ways, amounts, strict=True)}}
-        if one.stated is not None:
-            return {}
-        values = dict(one.values)
-        origin = fit.values.get(size.name, size.null)
-        total = size.amount(one.amount, float(amounts[0])) if origin == size.null == 0.0 else one.amount * amounts[0]
-        values[size.name] = float(np.clip(origin + total, size.low, size.high))
-        return values
-
-    def _shifted(self, here: View, values: dict[str, float], rows: Array) -> None:
-        """Unknowns of the base where the straight line leads them beside these rows."""
-        size = np.linalg.norm(here.line.base, axis=0)
-        scaled = here.line.base / np.where(size > 0, size, 1.0)
-        shift, *_ = np.linalg.lstsq(scaled, -(here.line.residual + rows), rcond=1e-12)
-        shift = shift / np.where(size > 0, size, np.inf)
-        places = base_places(here.fit, self.subject.candidates)
-        for place, moved in zip(places, shift, strict=True):
-            entry = here.fit.problem.unknowns[place]
-            values[entry.name] = float(np.clip(values[entry.name] + moved, entry.low, entry.high))
 
     def _best(self, here: View, found: Sequence[Fit]) -> View | None:
         """View of the fit with the most evidence, if it has more than where the search is; in the sharper metric."""
@@ -562,12 +433,6 @@ def cost(fit: Fit | None) -> int:
     return 1 if fit is None else 1 + int(fit.steps * fit.dear) // USUAL
 
 
-def _evidence(fit: Fit, formed: Table) -> dict[Set, float]:
-    """Ln evidence of every set around a fit, and of its own also where no search would form it."""
-    own = frozenset(fit.effects)
-    return {own: formed.log_evidence(own)} | formed.all()
-
-
 def _nearest(off: Sequence[tuple[Set, float]], besides: Set) -> float:
     """Difference by the fit that is most like a set in what it has besides; of several alike the smallest."""
     return min(((len(one ^ besides), value) for one, value in off), default=(0, 0.0))[1]
@@ -578,14 +443,3 @@ def _step(wanted: Set, found: Sequence[Set], evidence: Mapping[Set, float], own:
     promise = evidence[wanted] - own
     parts = [one for one in found if one <= wanted and evidence[one] - own > HALF * promise]
     return min(parts, key=lambda one: (len(one), -evidence[one]), default=wanted)
-
-
-def _left(
-    fit: Fit, candidates: Mapping[str, Candidate], directions: Sequence[Direction], floor: float
-) -> tuple[tuple[Array, ...], float, Array]:
-    """What `noise` takes: residuals of every block that the fit and all candidates leave, and what took them."""
-    plain = line(fit, candidates, directions, Noise({}), fit.used)
-    taken = orthonormal(np.hstack([plain.base, *(one.rows for one in plain.columns)]))
-    left = plain.residual - taken @ (taken.T @ plain.residual)
-    bounds = np.cumsum([0, *(len(part) for part in fit.residuals)])
-    return tuple(left[first:last] for first, last in pairwise(bounds)), floor, taken

@@ -11,7 +11,7 @@ import numpy as np
 
 from metrology.diagnosis import Source, Supported
 from metrology.diagnostics.bounds import within
-from metrology.diagnostics.judgement import LIKELY, Judged
+from metrology.diagnostics.judged import LIKELY, Judged
 from metrology.diagnostics.likelihood import RANK, Noise, spread_out
 from metrology.diagnostics.sets import NEGLIGIBLE
 from metrology.diagnostics.subject import Array, Fit, Marks, Subject

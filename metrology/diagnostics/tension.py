@@ -11,22 +11,12 @@ import numpy as np
 from metrology.diagnosis import Diagnosis
 from metrology.diagnostics.candidate import TENSION, Candidate
 from metrology.diagnostics.engine import rank
-from metrology.diagnostics.plain import STEP, Plain, Readings, Trial, sizes_of_blocks
+from metrology.diagnostics.plain import STEP, Plain, Readings, Trial
+from metrology.diagnostics.plain_reported import sizes_of_blocks
 from metrology.diagnostics.subject import Array, Direction, Fit
 from metrology.diagnostics.tension_laws import unlisted
 from metrology.diagnostics.tension_pictures import gap, pictures
-from metrology.diagnostics.tension_records import (
-    FINER,
-    Read,
-    Record,
-    course,
-    few,
-    length,
-    parts,
-    rate,
-    record,
-    steady,
-)
+from metrology.diagnostics.tension_records import FINER, Read, Record, course, few, length, parts, rate, record, steady
 from metrology.diagnostics.tension_seen import unseen
 from metrology.effect import Pulled
 from metrology.estimation import Unknown

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from metrology.diagnostics.laws import hats
+from metrology.diagnostics.families import hats
 from metrology.diagnostics.subject import STRAIGHT, Array, Direction
 from metrology.diagnostics.tension_records import Record
 from metrology.effect import Pulled

@@ -8,7 +8,7 @@ import numpy as np
 
 from metrology.diagnosis import Curve, Missing, Picture
 from metrology.diagnostics.pictures import ROLES, curve, extremes
-from metrology.diagnostics.plain import binned
+from metrology.diagnostics.plain_reported import binned
 from metrology.diagnostics.subject import Array, Fit
 from metrology.diagnostics.tension_records import Record
 from metrology.message import said

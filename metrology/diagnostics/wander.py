@@ -7,14 +7,14 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from metrology.coordinate import Quantity
-from metrology.diagnostics.laws import hats
+from metrology.diagnostics.families import hats
 from metrology.diagnostics.subject import STRAIGHT, Array, Direction, Fit
 from metrology.estimation import MeasuredRun
 
 WANDER = "wander"
 """What such a family is, where others are a force."""
 KNOTS = 9
-"""Places over the time of a run: the shortest smooth law (`laws.SMOOTH`) changes over an eighth of it."""
+"""Places over the time of a run: the shortest smooth law (`families.SMOOTH`) changes over an eighth of it."""
 AMOUNT = 0.1
 """Unit of its amounts, over the noise of one reading."""
 

@@ -34,7 +34,7 @@ class Rectangular(Distribution):
     name: ClassVar[str] = "rectangular"
 
     def __post_init__(self) -> None:
-        self._width(half_width=self.half_width)
+        self._width("half_width", self.half_width)
 
     @property
     def u(self) -> float:
@@ -63,7 +63,7 @@ class Triangular(Distribution):
     name: ClassVar[str] = "triangular"
 
     def __post_init__(self) -> None:
-        self._width(half_width=self.half_width)
+        self._width("half_width", self.half_width)
 
     @property
     def u(self) -> float:
@@ -99,7 +99,7 @@ class Trapezoidal(Distribution):
     name: ClassVar[str] = "trapezoidal"
 
     def __post_init__(self) -> None:
-        self._width(half_width=self.half_width)
+        self._width("half_width", self.half_width)
         demand(0 <= self.beta <= 1, "trapezoidal.beta", self.beta, "a number from 0 to 1")
 
     @property
@@ -133,7 +133,7 @@ class Arcsine(Distribution):
     name: ClassVar[str] = "arcsine"
 
     def __post_init__(self) -> None:
-        self._width(half_width=self.half_width)
+        self._width("half_width", self.half_width)
 
     @property
     def u(self) -> float:
@@ -169,7 +169,8 @@ class CurvilinearTrapezoid(Distribution):
     name: ClassVar[str] = "curvilinear-trapezoid"
 
     def __post_init__(self) -> None:
-        self._width(half_width=self.half_width, limit_half_width=self.limit_half_width)
+        self._width("half_width", self.half_width)
+        self._width("limit_half_width", self.limit_half_width)
         met = self.limit_half_width <= self.half_width
         demand(
             met, f"{self.name}.limit_half_width", self.limit_half_width, f"at most the half-width {self.half_width!r}"

@@ -5,7 +5,6 @@ from __future__ import annotations
 from math import inf, isfinite
 
 from metrology.gum.evaluation import BudgetRow
-from metrology.gum.joint import Term
 from metrology.gum.law import Law
 
 
@@ -16,33 +15,29 @@ def budget(law: Law, row: int) -> tuple[BudgetRow, ...]:
     correlated pair are split evenly between its two rows. All are zero where u is zero or undefined.
     """
     line = law.linear[row]
-    parts = law.contributions[row]
-    variance = float(law.covariance[row, row])
+    variance = law.variances[row]
     scale = variance if variance > 0 else inf
-    together = zip(law.joint.terms, parts.tolist(), law.joint.times(parts).tolist(), strict=True)
+    together = zip(law.joint.terms, law.joint.u, law.contributions[row], law.products[row], strict=True)
     return tuple(
-        _row(term, line.sensitivities.get(term.input.name, 0.0), part, part * whole / scale)
-        for term, part, whole in together
-        if term.input.name in line.reads
-    )
-
-
-def _row(term: Term, sensitivity: float, contribution: float, share: float) -> BudgetRow:
-    item, component = term.input, term.component
-    return BudgetRow(
-        input=item.name,
-        component=component.name,
-        description=item.description,
-        value=item.value,
-        u=component.u,
-        unit=item.unit,
-        distribution=component.drawn.name,
-        kind=component.kind,
-        dof=component.dof if isfinite(component.dof) else None,
-        sensitivity=sensitivity,
-        contribution=contribution,
-        share=share,
-        source=component.source,
-        cause=component.cause,
-        opposite=component.opposite,
+        [
+            BudgetRow(  # in the order of its fields: by their names a row takes twice as long
+                item.name,
+                component.name,
+                item.description,
+                item.value,
+                u,
+                item.unit,
+                component.drawn.name,
+                component.kind,
+                component.dof if isfinite(component.dof) else None,
+                line.sensitivities.get(item.name, 0.0),
+                part,
+                part * whole / scale,
+                component.source,
+                component.cause,
+                component.opposite,
+            )
+            for (item, component, _), u, part, whole in together
+            if item.name in line.reads
+        ]
     )

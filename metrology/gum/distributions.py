@@ -40,7 +40,7 @@ class Normal(Distribution):
     name: ClassVar[str] = "normal"
 
     def __post_init__(self) -> None:
-        self._width(standard=self.standard)
+        self._width("standard", self.standard)
 
     @property
     def u(self) -> float:
@@ -88,7 +88,7 @@ class Student(Distribution):
     name: ClassVar[str] = "student"
 
     def __post_init__(self) -> None:
-        self._width(scale=self.scale)
+        self._width("scale", self.scale)
         demand(isfinite(self.dof) and self.dof > 0, "student.dof", self.dof, "a finite number above zero")
 
     @classmethod
@@ -146,7 +146,7 @@ class MeanSquare(Distribution):
     name: ClassVar[str] = "chi-square"
 
     def __post_init__(self) -> None:
-        self._width(scale=self.scale)
+        self._width("scale", self.scale)
         demand(isfinite(self.dof) and self.dof > 0, "chi-square.dof", self.dof, "a finite number above zero")
 
     @property

@@ -54,7 +54,6 @@ class Distribution(ABC):
         tail = np.minimum(p, 1.0 - p)
         return np.where(p > 0.5, self.upper(tail), self.lower(tail))
 
-    def _width(self, **widths: float) -> None:
-        for key, width in widths.items():
-            if not 0 <= width < inf:
-                raise MetrologyError(Fault(f"{self.name}.{key}", f"{width!r}", "a finite number, zero or more"))
+    def _width(self, key: str, width: float) -> None:
+        if not 0 <= width < inf:
+            raise MetrologyError(Fault(f"{self.name}.{key}", f"{width!r}", "a finite number, zero or more"))

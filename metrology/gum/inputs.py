@@ -110,7 +110,7 @@ class Input:
     @property
     def u(self) -> float:
         """Combined standard uncertainty of the components, u² = Σ u_j²."""
-        return sqrt(sum(component.u**2 for component in self.components))
+        return sqrt(sum([component.u**2 for component in self.components]))
 
 
 @dataclass(frozen=True)

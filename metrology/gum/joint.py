@@ -38,10 +38,6 @@ class Joint:
         Standard uncertainties of the terms.
     causes : dict of str to list of int
         Indices of the terms of each cause that several of them share.
-    shared : dict of int to list of int
-        By the index of a term that shares its cause: the indices of all that do.
-    correlated : set of str
-        Names of the inputs in a stated correlation.
     related : list of int
         Indices of the m terms that can be correlated with others; each of the rest is independent of all.
     scatters : list of (list of int, float)
@@ -66,8 +62,6 @@ class Joint:
         for one in ensembles:
             self.scatters.append((self.rows(one.name), one.dof))
         self.causes = {cause: rows for cause, rows in named.items() if len(rows) > 1}
-        self.shared = {row: rows for rows in self.causes.values() for row in rows}
-        self.correlated = {name for pair in stated for name in pair}
         self.related: list[int] = []
         if ensembles or stated or self.causes:
             self.related = [
@@ -75,6 +69,16 @@ class Joint:
                 for row, term in enumerate(terms)
                 if term.ensemble or row in self.shared or term.input.name in self.correlated
             ]
+
+    @cached_property
+    def shared(self) -> dict[int, list[int]]:
+        """By the index of a term that shares its cause: the indices of all that do."""
+        return {row: rows for rows in self.causes.values() for row in rows}
+
+    @cached_property
+    def correlated(self) -> set[str]:
+        """Names of the inputs in a stated correlation."""
+        return {name for pair in self.stated for name in pair}
 
     @cached_property
     def place(self) -> dict[int, int]:
@@ -118,13 +122,14 @@ class Joint:
         matrix[np.ix_(where, where)] = self.correlation[self._block(own, own)]
         return matrix
 
-    def times(self, parts: Floats) -> Floats:
-        """Product of the correlation matrix of all terms with `parts`, of shape (n,) or (n, k)."""
-        if not self.related:
+    def times(self, parts: list[list[float]]) -> list[list[float]]:
+        """Products of each of `parts`, which have a number for each term, with the correlation matrix of all terms."""
+        if not (self.related and parts):
             return parts
         product = np.array(parts)
-        product[self.related] = self.correlation @ parts[self.related]
-        return product
+        product[:, self.related] = product[:, self.related] @ self.correlation
+        products: list[list[float]] = product.tolist()
+        return products
 
     def coefficients(self) -> Iterator[tuple[str, str, float]]:
         """Correlation coefficient of each pair of inputs that are correlated: Σ u_a·r_ab·u_b / (u(x_i)·u(x_j))."""
@@ -177,16 +182,20 @@ def _weights(sizes: list[float], rows: list[int]) -> Floats:
 def joint(knowledge: Knowledge, names: Iterable[str]) -> Joint:
     """Terms of the inputs `names`, in the order of `knowledge`, with the ensembles and correlations among them."""
     wanted = set(names)
-    members = {member: ensemble for ensemble in knowledge.ensembles for member in ensemble.members}
-    terms = []
-    for name, item in knowledge.inputs.items():
-        if name in wanted:
-            if name in members:
-                terms.append(_scatter(item, members[name]))
-            terms += [Term(item, component) for component in item.components]
+    terms = list(_terms(knowledge, wanted))
     stated = {pair: r for pair, r in knowledge.correlations.items() if r != 0 and wanted.issuperset(pair)}
     ensembles = [ensemble for ensemble in knowledge.ensembles if wanted.intersection(ensemble.members)]
     return Joint(terms, ensembles, stated)
+
+
+def _terms(knowledge: Knowledge, wanted: set[str]) -> Iterator[Term]:
+    members = {member: ensemble for ensemble in knowledge.ensembles for member in ensemble.members}
+    for name, item in knowledge.inputs.items():
+        if name in wanted:
+            if name in members:
+                yield _scatter(item, members[name])
+            for component in item.components:
+                yield Term(item, component)
 
 
 def _scatter(item: Input, ensemble: Ensemble) -> Term:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from math import inf, isfinite, nan, sqrt
+from operator import mul
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -73,12 +74,11 @@ def linearise(measurands: Sequence[Measurand], knowledge: Knowledge) -> tuple[Li
     -----
     JCGM 100:2008 5.1.3.
     """
-    import uncertainties
+    from metrology.gum import variable
 
     members = {member for ensemble in knowledge.ensembles for member in ensemble.members}
     quantities: dict[str, Any] = {
-        # The standard deviation of the variable is of no account: only derivatives are read off, by the name as tag.
-        name: uncertainties.Variable(item.value, 1.0, name) if item.u or name in members else float(item.value)
+        name: variable.Variable(item.value, name) if item.u or name in members else float(item.value)
         for name, item in knowledge.inputs.items()
     }
     reads: dict[str, Set[str]] = {}
@@ -124,22 +124,29 @@ class Law:
 
     Attributes
     ----------
-    contributions : ndarray
+    contributions : list of list of float
         Signed c_a·u_a of every measurand (rows) and term (columns).
-    covariance : ndarray
-        Covariance matrix of the outputs, C V Cᵀ (JCGM 102:2011 6.2.1.3).
+    products : list of list of float
+        Their products with the correlation matrix of the terms, Σ_b r_ab·c_b·u_b.
+    variances : list of float
+        u² of every measurand, Σ_a c_a·u_a Σ_b r_ab·c_b·u_b.
     """
 
     def __init__(self, linear: tuple[Linear, ...], joint: Joint) -> None:
         self.linear = linear
         self.joint = joint
-        terms = [(term.input.name, term.component.u) for term in joint.terms]
-        parts = [[line.sensitivities.get(name, 0.0) * u for name, u in terms] for line in linear]
-        self.contributions: Floats = np.array(parts).reshape(len(linear), len(terms))
-        self.covariance: Floats = self.contributions @ joint.times(self.contributions.T)
-        variances = self.covariance.diagonal().tolist()
-        self._u = [nan if line.failure else sqrt(max(one, 0.0)) for line, one in zip(linear, variances, strict=True)]
-        self._freedoms = [self._freedom(row, own) for row, own in enumerate(parts)]
+        terms = [(term.input.name, u) for term, u in zip(joint.terms, joint.u, strict=True)]
+        self.contributions = [[line.sensitivities.get(name, 0.0) * u for name, u in terms] for line in linear]
+        self.products = joint.times(self.contributions)
+        self.variances: list[float] = []
+        self._u: list[float] = []
+        self._freedoms: list[tuple[float | None, str]] = []
+        for line, parts, products in zip(linear, self.contributions, self.products, strict=True):
+            variance = sum(map(mul, parts, products))  # of a few terms in less time than as arrays
+            u = nan if line.failure else sqrt(max(variance, 0.0))
+            self.variances.append(variance)
+            self._u.append(u)
+            self._freedoms.append(self._freedom(line, u, parts))
 
     def u(self, row: int) -> float:
         """Combined standard uncertainty (JCGM 100:2008 5.1.2, 5.2.2); NaN where the law fails."""
@@ -155,12 +162,11 @@ class Law:
         """
         return self._freedoms[row]
 
-    def _freedom(self, row: int, parts: list[float]) -> tuple[float | None, str]:
-        u = self.u(row)
+    def _freedom(self, line: Linear, u: float, parts: list[float]) -> tuple[float | None, str]:
         if not u > 0:
-            reason = self.linear[row].failure or said("the GUM uncertainty framework gives u = 0")
+            reason = line.failure or said("the GUM uncertainty framework gives u = 0")
             return None, said("undefined: {reason}", reason=reason)
-        if culprits := self._correlated_finite(row):
+        if self.joint.stated and (culprits := self._correlated_finite(line.sensitivities)):
             reason = said(
                 "a correlation is stated for {names:comma}, of finite degrees of freedom; the Welch–Satterthwaite "
                 "formula asks for independent inputs, so there is no coverage factor and the Monte Carlo interval is "
@@ -173,9 +179,8 @@ class Law:
             return None, said("infinite: every contribution is taken as exactly known")
         return 1 / total, ""
 
-    def _correlated_finite(self, row: int) -> list[str]:
+    def _correlated_finite(self, sensitivities: Mapping[str, float]) -> list[str]:
         """Inputs with finite ν that are correlated, by statement, with another input that contributes too."""
-        sensitivities = self.linear[row].sensitivities
         active = {name for pair in self.joint.stated for name in pair if all(sensitivities.get(n) for n in pair)}
         if not active:
             return []
@@ -202,16 +207,23 @@ class Law:
 
     def coefficients(self) -> tuple[tuple[float | None, ...], ...]:
         """Correlation coefficients between the outputs; None where a u is zero or undefined."""
-        u = [self.u(row) for row in range(len(self.linear))]
+        u, covariance = self._u, self.covariance
         return tuple(
             tuple(
-                (1.0 if i == j else self._coefficient(i, j)) if u[i] > 0 and u[j] > 0 else None for j in range(len(u))
+                (1.0 if i == j else min(1.0, max(-1.0, float(covariance[i, j]) / (u[i] * u[j]))))
+                if u[i] > 0 and u[j] > 0
+                else None
+                for j in range(len(u))
             )
             for i in range(len(u))
         )
 
-    def _coefficient(self, i: int, j: int) -> float:
-        return min(1.0, max(-1.0, float(self.covariance[i, j]) / (self.u(i) * self.u(j))))
+    @property
+    def covariance(self) -> Floats:
+        """Covariance matrix of the outputs, C V Cᵀ (JCGM 102:2011 6.2.1.3)."""
+        shape = len(self.linear), len(self.joint.terms)
+        found = np.reshape(self.contributions, shape) @ np.reshape(self.products, shape).T
+        return np.asarray((found + found.T) / 2)
 
 
 def effective_dof(parts: Iterable[tuple[float, float]]) -> float:
@@ -289,5 +301,4 @@ def propagate(measurands: Sequence[Measurand], knowledge: Knowledge) -> Law:
     JCGM 100:2008 5.1.2, 5.2.2; JCGM 102:2011 6.2.
     """
     linear = linearise(measurands, knowledge)
-    names = {name for line in linear for name in line.reads}
-    return Law(linear, joint(knowledge, names))
+    return Law(linear, joint(knowledge, (name for line in linear for name in line.reads)))

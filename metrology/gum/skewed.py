@@ -74,7 +74,7 @@ class Gamma(_Inverted):
     name: ClassVar[str] = "gamma"
 
     def __post_init__(self) -> None:
-        self._width(standard=self.standard)
+        self._width("standard", self.standard)
         self._positive(k=self.k)
 
     @property
@@ -101,7 +101,7 @@ class Exponential(_Inverted):
     name: ClassVar[str] = "exponential"
 
     def __post_init__(self) -> None:
-        self._width(standard=self.standard)
+        self._width("standard", self.standard)
 
     @property
     def _scale(self) -> float:
@@ -129,7 +129,7 @@ class Lognormal(_Inverted):
     name: ClassVar[str] = "lognormal"
 
     def __post_init__(self) -> None:
-        self._width(standard=self.standard)
+        self._width("standard", self.standard)
         self._positive(s=self.s)
         if self.s > WIDEST:
             raise MetrologyError(Fault("lognormal.s", repr(self.s), f"{WIDEST:g} at most"))
@@ -160,7 +160,7 @@ class TruncatedNormal(_Inverted):
     name: ClassVar[str] = "truncated-normal"
 
     def __post_init__(self) -> None:
-        self._width(standard=self.standard)
+        self._width("standard", self.standard)
         self._positive(cut=self.cut)
         if self.cut < NARROWEST:
             fix = "state a rectangular distribution"
@@ -201,7 +201,7 @@ class Beta(_Inverted):
     name: ClassVar[str] = "beta"
 
     def __post_init__(self) -> None:
-        self._width(half_width=self.half_width)
+        self._width("half_width", self.half_width)
         self._positive(alpha=self.alpha, beta=self.beta)
 
     @property
@@ -240,7 +240,7 @@ class Asymmetric(_Inverted):
     name: ClassVar[str] = "asymmetric"
 
     def __post_init__(self) -> None:
-        self._width(half_width=self.half_width)
+        self._width("half_width", self.half_width)
         if not 0.02 <= self.ratio <= 50:
             raise MetrologyError(Fault("asymmetric.ratio", repr(self.ratio), "a number from 0.02 to 50"))
 

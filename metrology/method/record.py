@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from metrology.declaration.entry import Entry, Refusal
     from metrology.declaration.readings import Readings
     from metrology.diagnosis import Diagnosis, Discrepancy
-    from metrology.diagnostics.discrepancy import Setting
+    from metrology.diagnostics.discrepancy_setting import Setting
     from metrology.errors import Fault, Notice
     from metrology.gum.evaluation import Contribution, Measurand
     from metrology.method.declared import Declared

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
     from metrology.declaration.identity import Instrument
     from metrology.diagnosis import Diagnosis, Discrepancy
-    from metrology.diagnostics.discrepancy import Setting
+    from metrology.diagnostics.discrepancy_setting import Setting
     from metrology.gum.evaluation import Contribution
     from metrology.method.declared import Declared
     from metrology.method.model import Model

@@ -25,7 +25,8 @@ from metrology.diagnostics.decay import Decay
 from metrology.diagnostics.elongation import Elongation
 from metrology.diagnostics.overlays import Overlay, with_overlays
 from metrology.diagnostics.plain import plain_values
-from metrology.diagnostics.release import FORCES, LEVELS, _blocks
+from metrology.diagnostics.release import FORCES, LEVELS
+from metrology.diagnostics.release_cut import _blocks
 from metrology.elongation import ElongationTest, Load, Reading
 from metrology.gum import Component, Rectangular
 from metrology.gum.inputs import Input

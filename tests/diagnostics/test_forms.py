@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 from metrology.diagnostics import Response, flexible
-from metrology.diagnostics.laws import Law, families, of_families, together
-from metrology.diagnostics.likelihood import line, noise
+from metrology.diagnostics.families import families
+from metrology.diagnostics.laws import Law, of_families, together
+from metrology.diagnostics.likelihood import noise
+from metrology.diagnostics.line import line
 from metrology.diagnostics.subject import Fit
 from metrology.estimation import MeasuredRun, Prior
 from metrology.rig import Force, Rig, Run, simulate
