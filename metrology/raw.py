@@ -15,7 +15,8 @@ import numpy as np
 
 from metrology.check import Check
 from metrology.message import said
-from metrology.timeseries import Channel, Floats, against_neighbours, quantum
+from metrology.timeseries import Channel, Floats
+from metrology.timeseries.white_noise import against_neighbours, quantum
 
 Marks = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 Places = np.ndarray[tuple[int, ...], np.dtype[np.intp]]

@@ -167,7 +167,7 @@ def _words() -> tuple[str, ...]:
     from metrology.language.wording import PLAIN
     from metrology.methods import METHODS
     from metrology.readings.formats import FORMATS
-    from metrology.report import attachments, consensus, document, quality
+    from metrology.report import attachments, consensus, lines, quality, sections
     from metrology.sample import SECTIONS
     from metrology.slip import DYNAMIC, STATIC
     from metrology.slip import OTHERS as OTHER_SLIPS
@@ -183,7 +183,7 @@ def _words() -> tuple[str, ...]:
         *SECTIONS, *(key.replace("_", " ") for one in SECTIONS.values() for key in one.dimensions), *_held(),
         *(f"{key.capitalize()} of the section" for one in SECTIONS.values() for key in one.dimensions),
         "author", "reviewer", "approver",
-        *document.NAMES.values(), *consensus.WORDS.values(), *(title for _, title, _ in document.SECTIONS),
+        *lines.NAMES.values(), *consensus.WORDS.values(), *(title for _, title, _ in sections.SECTIONS),
         *(one.word for known in QUANTITIES.values() for one in known.values()), *(one.word for one in SENSED.values()),
         *(text for method in METHODS.values() for text in (method.title, method.standard)),
         *(text for table in tables for one in table.values() for text in _of_cause(one)), *_named(),

@@ -17,7 +17,7 @@ from metrology.decay.finding import DampingShape
 from metrology.decay.modes import is_mains
 from metrology.decay.oscillation import Fit, Mode
 from metrology.decay.release import Release
-from metrology.decay.separation import Separated
+from metrology.decay.separated import Separated
 from metrology.gum.distributions import Normal
 from metrology.gum.inputs import Component, Input
 from metrology.timeseries import Channel

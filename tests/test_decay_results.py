@@ -30,7 +30,8 @@ from metrology.decay.decrement import (
 from metrology.decay.envelope import _variance_near, extra, shape
 from metrology.decay.oscillation import Mode, fit
 from metrology.decay.release import drawn, evaluate, fitted_zeta_u, trace
-from metrology.decay.separation import Separated, separate
+from metrology.decay.separated import Separated
+from metrology.decay.separation import separate
 from metrology.decay.start import Unusable
 from metrology.errors import MetrologyError
 from metrology.gum.distributions import Normal

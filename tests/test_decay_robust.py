@@ -21,7 +21,8 @@ from metrology.decay.oscillation import Mode, fit
 from metrology.decay.outliers import masked
 from metrology.decay.separation import separate
 from metrology.gum.inputs import Input
-from metrology.timeseries import Channel, against_neighbours
+from metrology.timeseries import Channel
+from metrology.timeseries.white_noise import against_neighbours
 
 MASS, FREQUENCY, NOISE = 1.2, 5.0, 2e-6
 OMEGA = 2 * pi * FREQUENCY

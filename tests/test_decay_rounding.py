@@ -11,7 +11,8 @@ from truth_decay import held_at_last
 
 from metrology.decay import DecayTest
 from metrology.decay.rounding import _moments
-from metrology.decay.separation import Separated, separate
+from metrology.decay.separated import Separated
+from metrology.decay.separation import separate
 from metrology.decay.start import refuse_clipped
 from metrology.diagnostics import decay
 from metrology.diagnostics.release_cut import _blocks

@@ -12,18 +12,12 @@ from scipy.signal import lfilter
 
 from metrology.decay.modes import _level, _others, _sound, disentangle, guard, longitudinal
 from metrology.decay.oscillation import DEGREE, Fit, Form, Mode, at_rate, baseline, fit, project, sandwich
-from metrology.decay.separation import (
-    Separated,
-    _refuse_weak,
-    _release,
-    curvature,
-    drift,
-    separate,
-    without_others,
-)
+from metrology.decay.separated import Separated, curvature, drift, without_others
+from metrology.decay.separation import _refuse_weak, _release, separate
 from metrology.decay.start import Unusable, free_motion, refuse_clipped
 from metrology.raw import _flatter
-from metrology.timeseries import Channel, quantum
+from metrology.timeseries import Channel
+from metrology.timeseries.white_noise import quantum
 
 RATE = 1000.0
 T = np.arange(2000) / RATE

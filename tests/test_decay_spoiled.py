@@ -12,7 +12,8 @@ from truth_decay import MATERIALS, Vibrometer, releases
 
 from metrology import decay as methods
 from metrology.decay import DecayTest
-from metrology.decay.separation import Separated, separate
+from metrology.decay.separated import Separated
+from metrology.decay.separation import separate
 from metrology.diagnostics import decay
 from metrology.gum.inputs import Input
 from metrology.methods.decay import _left_out

@@ -15,8 +15,8 @@ from metrology.campaign.load import load
 from metrology.findings import Conformity, Findings
 from metrology.language.display import chance
 from metrology.report import html
-from metrology.report.document import main_results
 from metrology.report.figures import conformity
+from metrology.report.lines import main_results
 
 HEAD = "format: metrology-campaign/1\nid: known\ntitle: Known answers\nseed: 5\n"
 REQUIREMENT = """\

@@ -18,7 +18,8 @@ from metrology.elongation import ElongationTest, Load, Reading
 from metrology.errors import MetrologyError
 from metrology.estimation import fit
 from metrology.findings import from_json
-from metrology.gum.distributions import Normal, Rectangular
+from metrology.gum.bounded import Rectangular
+from metrology.gum.distributions import Normal
 from metrology.gum.inputs import Component, Input
 from metrology.methods.response.preparation import prepared
 from metrology.response.presentation import equations

@@ -7,7 +7,7 @@ import pytest
 from metrology import chain
 from metrology.campaign.load import load
 from metrology.findings import Findings
-from metrology.report import document
+from metrology.report.lines import main_results
 
 SOFT = """
 format: metrology-campaign/1
@@ -44,7 +44,7 @@ def soft(tmp_path_factory: pytest.TempPathFactory) -> Findings:
 
 
 def test_law_a_modulus_is_shown_with_the_prefix_of_its_size(soft: Findings) -> None:
-    shown = {line.result.quantity: (line.value, line.shown.unit) for line in document.main_results(soft)}
+    shown = {line.result.quantity: (line.value, line.shown.unit) for line in main_results(soft)}
     assert shown["E"][1] == "MPa"
     assert float(shown["E"][0]) == pytest.approx(0.105, rel=0.05)
     assert shown["k"][1] == "N/m"
@@ -71,7 +71,7 @@ def test_law_a_large_stiffness_is_shown_with_a_prefix(tmp_path) -> None:
         encoding="utf-8",
     )
     found = chain.evaluate(load(tmp_path / "campaign.yaml"), coverage=False)
-    shown = {line.result.quantity: line.shown for line in document.main_results(found)}
+    shown = {line.result.quantity: line.shown for line in main_results(found)}
     assert shown["k"].unit == "MN/m"
     assert float(shown["k"].value) == pytest.approx(500, rel=0.01)
     assert next(one for one in found.results if one.name == "pull.k").value == pytest.approx(5e8, rel=0.01)

@@ -11,7 +11,8 @@ import truth_elongation as truth
 
 from metrology import chain
 from metrology.campaign.load import load
-from metrology.chain.standing import _doubts, _drawn, _undetermined
+from metrology.chain.failed_checks import _doubts, _undetermined
+from metrology.chain.standing import _drawn
 from metrology.checklist.record import of_findings
 from metrology.findings import from_json, to_json
 from metrology.gum.distributions import Student

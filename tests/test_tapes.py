@@ -12,7 +12,7 @@ import pytest
 from undiagnosed import undiagnosed
 
 from metrology import chain, gum
-from metrology.chain import judgement
+from metrology.chain import comparisons
 from metrology.chain.discrepancy import explained
 from metrology.diagnosis import Diagnosis
 from metrology.findings import from_json, to_json
@@ -133,7 +133,7 @@ def test_reference_what_the_missing_modulus_of_the_aluminium_can_and_cannot_be()
         for name in ("al-1100", "peek")
     ]
     evaluation = gum.evaluate(plan.measurands, plan.knowledge, seed=1, max_trials=10_000)
-    compared = judgement.comparisons(campaign, plan, evaluation)
+    compared = comparisons.comparisons(campaign, plan, evaluation)
     aluminium, peek = (one.discrepancy for one in explained(campaign, plan, evaluation, compared))
     assert peek is None
     assert (aluminium.reference, aluminium.normalised > 1) == (69e9, True)

@@ -10,7 +10,8 @@ from scipy.signal import butter, sosfiltfilt
 
 from metrology import timeseries
 from metrology.errors import MetrologyError
-from metrology.timeseries import Channel, periodogram
+from metrology.timeseries import Channel, extrema, spectra, white_noise
+from metrology.timeseries.spectra import periodogram
 
 
 def sampled(function, *, rate=1000.0, duration=2.0, name="channel"):
@@ -86,7 +87,7 @@ def test_limit_butterworth_bends_the_decay_rate_of_a_high_damping():
     )
     sections = butter(2, [16.0, 32.0], "bandpass", output="sos", fs=record.rate)
     filtered = replace(record, value=sosfiltfilt(sections, record.value))
-    found = timeseries.peaks(filtered.part(0.1), distance=0.02)
+    found = extrema.peaks(filtered.part(0.1), distance=0.02)
     slope = np.polyfit(found.time[:6], np.log(abs(found.value[:6])), 1)[0]
     assert abs(-slope / rate - 1) > 0.02
 
@@ -94,7 +95,7 @@ def test_limit_butterworth_bends_the_decay_rate_of_a_high_damping():
 def test_closed_form_peaks_of_both_signs_between_the_samples():
     rate, omega = 3.0, 2 * np.pi * 7.3
     record = sampled(lambda t: np.exp(-rate * t) * np.cos(omega * t), duration=1.0)
-    found = timeseries.peaks(record, distance=0.05, floor=1e-3)
+    found = extrema.peaks(record, distance=0.05, floor=1e-3)
     first = (np.pi - np.arctan(rate / omega)) / omega  # where the derivative vanishes
     times = first + np.pi / omega * np.arange(found.time.size)
     np.testing.assert_allclose(found.time, times, atol=1e-8)
@@ -103,7 +104,7 @@ def test_closed_form_peaks_of_both_signs_between_the_samples():
 
 def test_closed_form_spectrum_shows_the_amplitude_of_a_sine():
     record = sampled(lambda t: 0.25 * np.sin(2 * np.pi * 60 * t) + 3.0)
-    frequency, amplitude = timeseries.spectrum(record)
+    frequency, amplitude = spectra.spectrum(record)
     top = int(np.argmax(amplitude))
     assert frequency[top] == pytest.approx(60)
     assert amplitude[top] == pytest.approx(0.25, rel=1e-3)
@@ -140,13 +141,13 @@ def test_planted_spike_survives_thinning():
 def test_law_noise_is_found_under_a_signal(sigma):
     white = np.random.default_rng(5).normal(0.0, sigma, 20_000)
     time = np.arange(20_000) / 1000
-    assert timeseries.noise(Channel("a", time, white + np.sin(30 * time))) == pytest.approx(sigma, rel=0.03)
+    assert white_noise.noise(Channel("a", time, white + np.sin(30 * time))) == pytest.approx(sigma, rel=0.03)
 
 
 def test_limit_noise_is_never_below_that_of_rounding():
     record = sampled(lambda t: np.round(np.sin(t) * 50) / 50)
-    assert timeseries.quantum(record) == pytest.approx(0.02)
-    assert timeseries.noise(record) == pytest.approx(0.02 / np.sqrt(12))
+    assert white_noise.quantum(record) == pytest.approx(0.02)
+    assert white_noise.noise(record) == pytest.approx(0.02 / np.sqrt(12))
 
 
 @pytest.mark.long
@@ -155,12 +156,12 @@ def test_twice_the_mean_of_rounded_readings_is_off_by_the_bias_of_rounding(sigma
     rng = np.random.default_rng(3)
     at = rng.uniform(-0.5, 0.5, 4000)
     off = np.round(at[:, None] + sigma * rng.standard_normal((4000, 2000))).mean(axis=1) - at
-    assert timeseries.rounding_bias(np.hypot(sigma, 12**-0.5), 1.0) == pytest.approx(off.std(), rel=0.04)
+    assert white_noise.rounding_bias(np.hypot(sigma, 12**-0.5), 1.0) == pytest.approx(off.std(), rel=0.04)
 
 
 @pytest.mark.parametrize("function", [np.zeros_like, lambda t: np.random.default_rng(1).normal(size=t.size)])
 def test_limit_no_quantum_where_none_is(function):
-    assert timeseries.quantum(sampled(function)) == 0.0
+    assert white_noise.quantum(sampled(function)) == 0.0
 
 
 @pytest.mark.parametrize("finer", [1, 4])

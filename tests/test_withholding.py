@@ -353,7 +353,7 @@ requirements:
 
 
 def test_closed_form_surprise_of_a_normal_prior():
-    from metrology.chain.judgement import surprise
+    from metrology.chain.conformity import surprise
     from metrology.gum.output import Analytic
     from metrology.gum.risk import Prior
 

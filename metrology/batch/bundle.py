@@ -10,13 +10,13 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from metrology.campaign import branding, calibration, imported, own
+from metrology.campaign import branding, calibration, own, results_file
 from metrology.campaign.readings import inside
 from metrology.declaration import document
 from metrology.errors import Fault, MetrologyError
 from metrology.readings.packed import MAX_BYTES
 
-SUFFIXES = ((), (calibration.SUFFIX, imported.SUFFIX, own.SUFFIX))
+SUFFIXES = ((), (calibration.SUFFIX, results_file.SUFFIX, own.SUFFIX))
 """What `inside` lets a campaign read: readings, and what its other loaders take."""
 
 

@@ -12,8 +12,8 @@ from metrology.export.collect import Row
 
 if TYPE_CHECKING:
     from metrology.findings import Findings
-    from metrology.report.document import Line
     from metrology.report.figures.style import Plot
+    from metrology.report.lines import Line
 
 NAME = "card.json"
 
@@ -89,7 +89,8 @@ def make(findings: Findings) -> Card:
     """Return the card of a campaign."""
     from metrology.export import collect
     from metrology.language import done
-    from metrology.report import document, figures, quality
+    from metrology.report import figures, quality
+    from metrology.report.lines import main_results
 
     called = done.called(findings)
     story = figures.jobs(findings).get("story")
@@ -99,7 +100,7 @@ def make(findings: Findings) -> Card:
         state=quality.stated(findings),
         overall=quality.overall(findings),
         reconstructed=bool(findings.campaign.reconstructed),
-        results=tuple(_main(line) for line in document.main_results(findings)),
+        results=tuple(_main(line) for line in main_results(findings)),
         verdicts=tuple((entry.requirement, entry.verdict) for entry in findings.conformity),
         models=tuple((called.get(one.test, one.test), one.verdict) for one in findings.diagnosis),
         rows=tuple(collect.results(findings, f"{findings.campaign.id}/{collect.NAME}")),

@@ -13,7 +13,7 @@ from metrology.batch import card, stamp
 from metrology.batch.card import Card
 from metrology.batch.outcome import Outcome
 from metrology.method.discovery import templates
-from metrology.report import fonts, html
+from metrology.report import fonts, html, typesetting
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -82,7 +82,7 @@ def page(outcomes: Sequence[Outcome], folder: Path) -> bytes:
 
     entries = [_entry(one, folder, drawn=len(outcomes) <= MOST_PICTURES) for one in outcomes]
     surroundings = environment()
-    surroundings.filters |= {"address": address, "symbol": html.symbol, "number": number}
+    surroundings.filters |= {"address": address, "symbol": typesetting.symbol, "number": number}
     text = surroundings.get_template("batch.html").render(
         entries=entries,
         counts=Counter(one.state for one in outcomes),

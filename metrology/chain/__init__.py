@@ -3,23 +3,36 @@
 from __future__ import annotations
 
 import platform
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from importlib.metadata import version
-from math import isfinite
 from typing import TYPE_CHECKING
 
-from metrology import __version__, units
-from metrology.chain import across, attained, derived, diagnosis, fits, items, judgement, knowledge, methods
+from metrology import __version__
+from metrology.chain import (
+    across,
+    attained,
+    audit,
+    comparisons,
+    conformity,
+    derived,
+    diagnosis,
+    fits,
+    items,
+    knowledge,
+    methods,
+)
+from metrology.chain.display_units import in_fitting_units
+from metrology.chain.doubt import Doubt
 from metrology.chain.exact import sentences, taken_as_exact
+from metrology.chain.failed_checks import doubts
 from metrology.chain.plan import Plan
-from metrology.chain.standing import UNDETERMINED, Doubt, Standing, doubts, shifted, standing
+from metrology.chain.standing import Standing, shifted, standing
+from metrology.chain.warnings import empty, of_results, undetermined, without_value
 from metrology.findings import SCHEMA, Correlation, Findings, Moments, Notice, Result
 from metrology.language.catalogue import stored
-from metrology.language.display import scale
 from metrology.language.notices import WARNS, brief
-from metrology.message import said
-from metrology.method.model import Identity, call
+from metrology.method.model import call
 from metrology.methods import METHODS
 from metrology.references import cite
 from metrology.units import vocabularies
@@ -88,7 +101,7 @@ def traced(
         seed=campaign.seed,
         digits=campaign.monte_carlo.digits,
         max_trials=campaign.monte_carlo.max_trials,
-        risk=judgement.least_risk(campaign),
+        risk=conformity.least_risk(campaign),
     )
     progress("verdicts")
     return _findings(campaign, plan, evaluation, coverage=coverage), plan.traces
@@ -130,21 +143,21 @@ def build(
     methods.add_tests(plan, campaign, progress)
     derived.add_derived(plan, campaign)
     knowledge.join_imported(plan, campaign)
-    judgement.add_judged_inputs(plan, campaign)
+    conformity.add_judged_inputs(plan, campaign)
     return plan
 
 
 def _findings(campaign: Campaign, plan: Plan, evaluation: Evaluation, *, coverage: bool) -> Findings:
-    plan.identities.update(_in_fitting_units(plan, evaluation))
+    plan.identities.update(in_fitting_units(plan, evaluation))
     instruments = items.instrument_states(campaign)
     stands = standing(plan, evaluation, probability=campaign.coverage_probability, seed=campaign.seed)
     held = attained.coverage(campaign, plan, evaluation, stands) if coverage else {}
     results = _results(plan, evaluation, stands, held)
-    plan.failures.extend(_without_value(evaluation))
-    compared = judgement.comparisons(campaign, plan, evaluation)
+    plan.failures.extend(without_value(evaluation))
+    compared = comparisons.comparisons(campaign, plan, evaluation)
     against = doubts(campaign, plan, stands, evaluation, compared)
     results = tuple(replace(one, doubts=_barring(against.get(one.name, ()))) for one in results)
-    verdicts, withheld = judgement.conformity(campaign, evaluation, plan.failures, against)
+    verdicts, withheld = conformity.conformity(campaign, evaluation, plan.failures, against)
     judged = {verdict.requirement for verdict in verdicts}
     exact = taken_as_exact(plan, evaluation)
     agreed, parted = across.consensus(campaign, plan, evaluation, against)
@@ -164,14 +177,14 @@ def _findings(campaign: Campaign, plan: Plan, evaluation: Evaluation, *, coverag
         comparisons=compared,
         consensus=agreed,
         disagreements=parted,
-        audit=judgement.audit(campaign, plan, evaluation),
+        audit=audit.audit(campaign, plan, evaluation),
         warnings=(
             *campaign.notices,
             *plan.warnings,
-            *_warnings(campaign, results),
-            *_undetermined(results, against),
-            *judgement.priors(campaign, evaluation),
-            *_empty(results, plan.failures),
+            *of_results(campaign, results),
+            *undetermined(results, against),
+            *conformity.priors(campaign, evaluation),
+            *empty(results, plan.failures),
             *sentences(exact, plan),
         ),
         failures=tuple(plan.failures),
@@ -191,30 +204,6 @@ def _findings(campaign: Campaign, plan: Plan, evaluation: Evaluation, *, coverag
 def _barring(own: Sequence[Doubt]) -> tuple[str, ...]:
     """What forbids that a requirement passes on a result."""
     return tuple(dict.fromkeys(one.sentence for one in own if one.bars("pass")))
-
-
-SMALLEST, LARGEST = 0.1, 1e6
-"""Numbers between which a result of a method keeps its usual unit: 0.000105 GPa is shown as 0.105 MPa, and a stiffness
-of 16180000 N/m as 16.18 MN/m."""
-
-
-def _in_fitting_units(plan: Plan, evaluation: Evaluation) -> dict[str, Identity]:
-    """Identities of results whose unit is too large, or too small, for the largest of its kind in the test.
-
-    Those of one test alike. The unit of a derived quantity is the campaign's.
-    """
-    groups: dict[tuple[str, str, str], list[str]] = {}
-    for name, estimate in evaluation.estimates.items():
-        one = plan.identities[name]
-        if one.method != "derived" and estimate.unit in ("Pa", "N", "N/m") and isfinite(estimate.value):
-            groups.setdefault((one.test, estimate.unit, one.display_unit or estimate.unit), []).append(name)
-    found: dict[str, Identity] = {}
-    for (_, unit, shown), names in groups.items():
-        most = max(abs(evaluation.estimates[name].value) for name in names) / units.factor(shown)
-        if most >= LARGEST or (0 < most < SMALLEST and unit in ("Pa", "N")):
-            display = scale(most * units.factor(shown), unit)[1]
-            found |= {name: replace(plan.identities[name], display_unit=display) for name in names}
-    return found
 
 
 def _of_inputs(evaluation: Evaluation, results: Sequence[Result]) -> tuple[Correlation, ...]:
@@ -273,21 +262,6 @@ def _results(plan: Plan, evaluation: Evaluation, stands: Standing, held: Mapping
     return tuple(results)
 
 
-def _without_value(evaluation: Evaluation) -> Iterator[str]:
-    """Say of every quantity without a value, or without an uncertainty by either way, why that is."""
-    for name, estimate in evaluation.estimates.items():
-        reason = estimate.dof_note.removeprefix("undefined: ")
-        if not isfinite(estimate.value):
-            yield said("{name} has no value. {reason:quoted}", name=name, reason=reason)
-        elif not isfinite(estimate.u):
-            yield said(
-                "{name} has no uncertainty by the GUM uncertainty framework. {reason:quoted} {verdict:quoted}",
-                name=name,
-                reason=reason,
-                verdict=estimate.monte_carlo.verdict,
-            )
-
-
 def _correlations(evaluation: Evaluation) -> tuple[Correlation, ...]:
     """Return every correlation that is not zero, each pair once."""
     names, matrix = evaluation.names, evaluation.correlation
@@ -297,66 +271,6 @@ def _correlations(evaluation: Evaluation) -> tuple[Correlation, ...]:
         for j in range(i)
         if (coefficient := matrix[i][j]) is not None and abs(coefficient) > 1e-12
     )
-
-
-def _warnings(campaign: Campaign, results: tuple[Result, ...]) -> list[str]:
-    """Return what must be known before a number is used."""
-    found: list[str] = [
-        said("Instrument {name}: {state}.", name=state.id, state=state.sentence)
-        for state in items.instrument_states(campaign)
-        if state.state != "valid" and state.used_by
-    ]
-    # What has no value has no interval either, and failures say why.
-    known = [result for result in results if result.headline and isfinite(result.value)]
-    with_u = [one for one in known if isfinite(one.u)]
-    doubtful = [one.name for one in with_u if not one.monte_carlo.law_valid and isfinite(one.monte_carlo.low)]
-    if doubtful:
-        text = (
-            "The GUM uncertainty framework is not confirmed for {names:comma} (JCGM 101, clause 8): the Monte Carlo "
-            "interval is reported."
-        )
-        found.append(said(text, names=tuple(doubtful)))
-    for result in (one for one in with_u if not isfinite(one.monte_carlo.low)):
-        text = "{name} has no interval, and no verdict rests on it. {verdict:quoted}"
-        found.append(said(text, name=result.name, verdict=result.monte_carlo.verdict))
-    found += _without_moments(results, campaign.coverage_probability)
-    found += attained.too_narrow(results, campaign.coverage_probability)
-    for result in (one for one in known if one.u == 0):
-        text = "{name} has u = 0: nothing that it depends on carries an uncertainty, or its readings do not scatter."
-        if any(row.contribution for row in result.budget):
-            text = "{name} has u = 0: the uncertainties that it depends on cancel, as they are one."
-        found.append(said(text, name=result.name))
-    return found
-
-
-def _undetermined(results: tuple[Result, ...], against: Mapping[str, Sequence[Doubt]]) -> tuple[str, ...]:
-    """Say of results that may be zero, which by their nature they cannot, that they do: also where none is judged."""
-    names = [one.name for one in results if one.headline]
-    return tuple(one.sentence for name in names for one in against.get(name, ()) if one.check == UNDETERMINED)
-
-
-def _without_moments(results: tuple[Result, ...], probability: float) -> list[str]:
-    """Say of results whose draws have no standard deviation what value and u are then."""
-    from scipy.special import ndtri
-
-    names = [
-        result.name
-        for result in results
-        if result.headline and result.monte_carlo.has_no_moments and not result.monte_carlo.law_valid
-    ]
-    if not names:
-        return []
-    text = (
-        "The draws of {names:comma} have no standard deviation: the value is their median, and u is half the width of "
-        "the {percent:g} % interval over {factor:.2f}."
-    )
-    factor = float(ndtri((1 + probability) / 2))
-    return [said(text, names=tuple(names), percent=100 * probability, factor=factor)]
-
-
-def _empty(results: tuple[Result, ...], failures: list[str]) -> tuple[str, ...]:
-    """Say that there was nothing to do, where that is why there are no results."""
-    return () if results or failures else (said("The campaign declares nothing to evaluate."),)
 
 
 def _of_consensus(agreed: Sequence[Consensus]) -> set[str]:

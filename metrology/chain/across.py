@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from metrology.chain import items
-from metrology.chain.standing import BETWEEN, ELSEWHERE
+from metrology.chain.contradictions import BETWEEN, ELSEWHERE
 from metrology.consensus import Consensus, Disagreement, Member
 from metrology.gum import consensus as gum
 from metrology.gum.output import expanded
@@ -21,8 +21,8 @@ from metrology.methods import METHODS
 
 if TYPE_CHECKING:
     from metrology.campaign.schema import Campaign
+    from metrology.chain.doubt import Doubt
     from metrology.chain.plan import Plan
-    from metrology.chain.standing import Doubt
     from metrology.gum.evaluation import Estimate, Evaluation
 
 FAMILIES = {"k": ("k", "k_t", "k_0"), "E": ("E", "E_t", "E_0"), "c": ("c",)}

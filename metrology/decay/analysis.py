@@ -15,11 +15,13 @@ from metrology.coordinate import SENSED, Coordinate, Sensed
 from metrology.decay import envelope, evidence
 from metrology.decay.finding import DecayFinding
 from metrology.decay.release import Release, drawn, evaluate, trace
-from metrology.decay.separation import Separated, separate
+from metrology.decay.separated import Separated
+from metrology.decay.separation import separate
 from metrology.decay.start import Unusable
 from metrology.errors import Fault, MetrologyError
 from metrology.gum import functions
-from metrology.gum.distributions import Normal, Rectangular
+from metrology.gum.bounded import Rectangular
+from metrology.gum.distributions import Normal
 from metrology.gum.evaluation import Contribution, Measurand
 from metrology.gum.inputs import Component, Ensemble, Input
 from metrology.message import said

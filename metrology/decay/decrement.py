@@ -9,10 +9,11 @@ from math import pi, sqrt
 import numpy as np
 
 from metrology.decay.oscillation import Floats, Mode
-from metrology.decay.separation import Separated, curvature
+from metrology.decay.separated import Separated, curvature
 from metrology.decay.start import Unusable
 from metrology.message import said
-from metrology.timeseries import Channel, filter_symmetric, peaks
+from metrology.timeseries import Channel, filter_symmetric
+from metrology.timeseries.extrema import peaks
 
 FLOOR = 5.0
 """Peaks smaller than this many standard deviations of the filtered noise are not used."""

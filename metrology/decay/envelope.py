@@ -11,7 +11,7 @@ import numpy as np
 from metrology.coordinate import SENSED
 from metrology.decay.finding import DampingShape, Verdict
 from metrology.decay.oscillation import Fit, Floats, Form, Mode, fit
-from metrology.decay.separation import Separated
+from metrology.decay.separated import Separated
 from metrology.gum.rounding import significant
 from metrology.message import said
 from metrology.timeseries import average

@@ -10,7 +10,9 @@ import numpy as np
 from numpy.polynomial.legendre import legvander
 
 from metrology.decay.oscillation import DEGREE, Fit, baseline, tangent
-from metrology.timeseries import Channel, Floats, periodogram, quantum, rounding_bias
+from metrology.timeseries import Channel, Floats
+from metrology.timeseries.spectra import periodogram
+from metrology.timeseries.white_noise import quantum, rounding_bias
 
 CLEAR = 5.0
 """Ln of the Bayes factor from which on a step is taken out: 150 to 1, 'very strong' (Kass & Raftery, J. Am. Stat.

@@ -10,7 +10,9 @@ import numpy as np
 from metrology.decay.oscillation import DEGREE, Fit, Floats, Mode, at_rate, baseline, fit, project
 from metrology.decay.start import Unusable
 from metrology.message import said
-from metrology.timeseries import Channel, average, maxima, on_grid, periodogram
+from metrology.timeseries import Channel, average
+from metrology.timeseries.extrema import maxima
+from metrology.timeseries.spectra import on_grid, periodogram
 
 OTHERS = 10
 """Most further oscillations (transverse, pendulum, mains) that are looked for in one record."""

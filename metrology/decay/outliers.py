@@ -6,7 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from metrology.timeseries import Channel, Floats, against_neighbours, maxima, quantum
+from metrology.timeseries import Channel, Floats
+from metrology.timeseries.extrema import maxima
+from metrology.timeseries.white_noise import against_neighbours, quantum
 
 LIMIT = 5.5
 """Robust standard deviations beyond which a reading is no motion: white noise has such a one in 2 of 10 000 records of

@@ -22,7 +22,7 @@ from metrology.decay.decrement import (
 from metrology.decay.finding import DecayRecord
 from metrology.decay.hop import without
 from metrology.decay.oscillation import Fit, Floats
-from metrology.decay.separation import Separated, on_even_steps, without_others
+from metrology.decay.separated import Separated, on_even_steps, without_others
 from metrology.decay.start import Unusable
 from metrology.message import said
 from metrology.timeseries import SCREEN, Channel, Trace, thinned

@@ -17,7 +17,8 @@ import numpy as np
 from numpy.polynomial.legendre import legvander
 
 from metrology.decay.oscillation import DEGREE, Fit, Floats, Mode, baseline, tangent
-from metrology.timeseries import Channel, noise, quantum
+from metrology.timeseries import Channel
+from metrology.timeseries.white_noise import noise, quantum
 
 DITHERED = 0.4
 """Noise over the step from which on rounding is noise: what is left of it that follows the motion, (q/π)·exp(−2(πσ/q)²)

@@ -1,8 +1,8 @@
-"""What of a record is the longitudinal oscillation, and what is not: its start, its modes, and when to refuse."""
+"""Find in a record the longitudinal oscillation, its start and its other modes, and refuse what has none."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import hypot, log, pi, sqrt
 
 import numpy as np
@@ -12,11 +12,13 @@ from metrology.decay.jump import Jump, jumped
 from metrology.decay.modes import is_mains, longitudinal, per_mean
 from metrology.decay.oscillation import DEGREE, Fit, Floats, Mode, at_rate, fit
 from metrology.decay.outliers import is_last_off, masked
-from metrology.decay.rounding import Rounded, by_likelihood, rounded
-from metrology.decay.settling import Baseline, settled
+from metrology.decay.rounding import by_likelihood, rounded
+from metrology.decay.separated import Separated, baseline
+from metrology.decay.settling import settled
 from metrology.decay.start import Unusable, free_motion, heavy, refuse_clipped, refuse_short, until_rest
-from metrology.message import counted, said
-from metrology.timeseries import Channel, average, noise
+from metrology.message import said
+from metrology.timeseries import Channel, average
+from metrology.timeseries.white_noise import noise
 
 HOPS = 3
 """Most steps of one record: what seems to have more, such as a step of the gain, has another fault."""
@@ -28,98 +30,6 @@ _ROUNDS = 3  # of taking away what rounding is expected to do, each with the mod
 _PLAIN = 0.05  # chance below which the fit leaves more before the first crossing than after it
 _DRIFT = 0.05  # chance of as large a drift from noise alone below which it is taken for one
 _ELSEWHERE = 4.0  # times the first guess of ω_n, beyond which a fit of a heavily damped motion is of something else
-
-
-@dataclass(frozen=True)
-class Separated:
-    """A record taken apart: `free`, what follows the release at time `release` (s), and the fit at its full rate.
-
-    `outliers`: times (s) of readings after the release that were masked; `crossed`: time (s) from the first sample to
-    the first crossing of the rest position; `hops`: steps of the reading that were taken out; `rest`: time from which
-    on nothing moves, where that is before the middle. `rounded`: what the readings say, where a coarse instrument
-    rounded them; `free` is then less the error that rounding is expected to make. `jumps`: moments at which the
-    oscillation jumps; what tells less of the decay, before each or after it, was left out.
-    """
-
-    free: Channel
-    fit: Fit
-    release: float
-    noise: float
-    outliers: tuple[float, ...] = ()
-    crossed: float = 0.0
-    hops: tuple[Hop, ...] = ()
-    rest: float | None = None
-    rounded: Rounded | None = None
-    jumps: tuple[Jump, ...] = ()
-
-    @property
-    def t(self) -> Floats:
-        """Times of `free` in s, from its first sample."""
-        t: Floats = self.free.time - self.free.time[0]
-        return t
-
-    def describe(self, mains: float) -> str:
-        """Say what was found together with the longitudinal mode."""
-        unit = f"µ{self.free.unit}"
-        modes = tuple(
-            said(
-                "{frequency:.4g} Hz (mains) of {size:.2g} {unit}"
-                if is_mains(mode, mains)
-                else "{frequency:.4g} Hz of {size:.2g} {unit}",
-                frequency=float(mode.frequency),
-                size=float(1e6 * size),
-                unit=unit,
-            )
-            for mode, size in self.fit.others
-        )
-        found = [said("{texts:comma}", texts=modes) if modes else said("no other oscillation")]
-        if self.outliers:
-            found.append(counted("{count} outlier masked", "{count} outliers masked", len(self.outliers)))
-        for one in self.hops:
-            text = "a step of {size:.3g} {unit} at {time:.4g} s taken out"
-            found.append(said(text, size=float(1e6 * one.size), unit=unit, time=float(one.time)))
-        if self.fit.settling:
-            text = "a zero that settles by {size:.3g} {unit} with a time constant of {time:.3g} s"
-            size = 1e6 * drift(self).settles
-            found.append(said(text, size=float(size), unit=unit, time=float(1 / self.fit.settling)))
-        for jump in self.jumps:
-            text = (
-                "what comes before {time:.4g} s left out, where the oscillation jumps"
-                if jump.keeps_later
-                else "what comes after {time:.4g} s left out, where the oscillation jumps"
-            )
-            found.append(said(text, time=float(jump.time)))
-        if self.rest is not None:
-            found.append(said("at rest from {time:.4g} s on", time=float(self.rest)))
-        return found[0] if len(found) == 1 else said("{texts}", texts=tuple(found))
-
-
-def on_even_steps(separated: Separated) -> Separated:
-    """Return the same on even steps, as a filter needs, what is missing filled with the fit, which has not seen it.
-
-    Raises
-    ------
-    Unusable
-        Where the stamps stand on no grid, or more than a tenth of the record is missing.
-    """
-    free, fitted = separated.free, separated.fit
-    if free.is_even:
-        return separated
-    places = np.round((free.time - free.time[0]) / free.step).astype(int)
-    step = float((free.time[-1] - free.time[0]) / places[-1])
-    t = step * np.arange(places[-1] + 1)
-    off = np.abs(free.time - free.time[0] - t[places]).max()
-    if off > 0.05 * step or np.unique(places).size < places.size or t.size > places.size / 0.9:
-        text = "The record has no even steps, or misses more than a tenth of them: it cannot be filtered."
-        raise Unusable(said(text))
-    value = drift(separated)(t) + sum(fitted.part(t, i) for i in range(len(fitted.modes)))
-    residual = np.zeros(t.size)
-    value[places], residual[places] = free.value, fitted.residual
-    return replace(
-        separated,
-        free=replace(free, time=free.time[0] + t, value=value),
-        fit=replace(fitted, residual=residual),
-    )
 
 
 def separate(record: Channel, *, mains: float, expected: float | None = None) -> Separated:
@@ -311,7 +221,7 @@ def _from_release(whole: Channel, free: Channel, fitted: Fit) -> tuple[Channel, 
 def _at(free: Channel, fitted: Fit, time: Floats) -> Floats:
     """Return the fit, baseline and all modes, at times of the record."""
     t = time - free.time[0]
-    value: Floats = _baseline(free, fitted)(t) + sum(fitted.part(t, i) for i in range(len(fitted.modes)))
+    value: Floats = baseline(free, fitted)(t) + sum(fitted.part(t, i) for i in range(len(fitted.modes)))
     return value
 
 
@@ -383,42 +293,3 @@ def _release(fitted: Fit) -> float:
     slope = complex(-fitted.main.rate, fitted.main.omega) * complex(a, -b)
     phase = (np.angle(slope) - pi / 2) % pi
     return float(-phase / fitted.main.omega)
-
-
-def without_others(separated: Separated, record: Channel) -> Floats:
-    """Return a record less the fitted baseline and other modes, extended to samples before the first one fitted."""
-    fitted, origin = separated.fit, separated.free.time[0]
-    t = record.time - origin
-    value = record.value.copy()
-    for index in range(1, len(fitted.modes)):
-        value -= fitted.part(t, index)
-    less: Floats = value - drift(separated)(t)
-    return less
-
-
-def drift(separated: Separated) -> Baseline:
-    """Fitted zero of a record: what is slower than its oscillations.
-
-    Parameters
-    ----------
-    separated : Separated
-        As fitted.
-
-    Returns
-    -------
-    Baseline
-        Called with times / s from the first sample fitted, in the unit of the readings.
-    """
-    return _baseline(separated.free, separated.fit)
-
-
-def _baseline(free: Channel, fitted: Fit) -> Baseline:
-    t = free.time - free.time[0]
-    rest = free.value - fitted.residual - sum(fitted.part(t, i) for i in range(len(fitted.modes)))
-    return Baseline.of(t, rest, fitted.settling)
-
-
-def curvature(separated: Separated) -> float:
-    """Return the root mean square of the second derivative of the fitted baseline, m/s²."""
-    bend = drift(separated).bend(separated.t)
-    return float(np.sqrt(np.mean(bend**2)))

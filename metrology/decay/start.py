@@ -9,7 +9,8 @@ import numpy as np
 from metrology.decay.oscillation import Floats, Mode, baseline
 from metrology.message import said
 from metrology.raw import flat_top
-from metrology.timeseries import Channel, noise
+from metrology.timeseries import Channel
+from metrology.timeseries.white_noise import noise
 
 _FEWEST_SAMPLES = 60
 _SEEN = 5.0  # standard uncertainties of a mean, or of a mean square, from which on a block of readings is not at rest

@@ -12,7 +12,7 @@ from metrology.declaration.component import WIDTHS, StatedComponent
 from metrology.units.dimensions import quoted
 
 if TYPE_CHECKING:
-    from metrology.gum.distributions import Distribution
+    from metrology.gum.influence import Distribution
     from metrology.gum.inputs import Component
 
 
@@ -44,23 +44,22 @@ class Sized:
 
     def distribution(self) -> Distribution:
         """Distribution of the influence, in SI."""
-        from metrology.gum import distributions as of
-        from metrology.gum import skewed
+        from metrology.gum import bounded, skewed
 
         stated, a = self.stated, self.amount
         if stated.shape in ("normal", "student"):
             return self._unbounded()
         if stated.shape == "trapezoidal":
-            return of.Trapezoidal(self._half_width(), stated.beta or 0.0)
+            return bounded.Trapezoidal(self._half_width(), stated.beta or 0.0)
         if stated.shape == "curvilinear-trapezoid":
-            return of.CurvilinearTrapezoid(a, self.limit)
-        bounded: dict[str, Callable[[float], Distribution]] = {
-            "rectangular": of.Rectangular,
-            "triangular": of.Triangular,
-            "arcsine": of.Arcsine,
+            return bounded.CurvilinearTrapezoid(a, self.limit)
+        by_width: dict[str, Callable[[float], Distribution]] = {
+            "rectangular": bounded.Rectangular,
+            "triangular": bounded.Triangular,
+            "arcsine": bounded.Arcsine,
         }
-        if stated.shape in bounded:
-            return bounded[stated.shape](self._half_width())
+        if stated.shape in by_width:
+            return by_width[stated.shape](self._half_width())
         return skewed.SKEWED[stated.shape](a, *stated.parameters)
 
     def _half_width(self) -> float:

@@ -12,7 +12,7 @@ import numpy as np
 from metrology.coordinate import QUANTITIES
 from metrology.decay import DecayTest
 from metrology.decay.envelope import rates, suggested
-from metrology.decay.separation import Separated
+from metrology.decay.separated import Separated
 from metrology.diagnosis import Diagnosis, Missing, Picture
 from metrology.diagnostics.candidate import DECAY as TABLE
 from metrology.diagnostics.candidate import Candidate, untested

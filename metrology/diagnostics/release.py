@@ -17,7 +17,7 @@ from metrology.decay.separation import HOPS
 from metrology.diagnostics.candidate import DECAY
 from metrology.diagnostics.subject import Array
 from metrology.rig import Motions, Rig, Run, Sensitivities, sensitivities, simulate_many
-from metrology.timeseries import on_grid
+from metrology.timeseries.spectra import on_grid
 
 FORCES = {size.name: size.null for one in DECAY.values() if one.acts in ("module", "line") and not one.cause.alone
           for size in one.parameters}  # fmt: skip

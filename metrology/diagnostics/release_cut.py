@@ -11,11 +11,12 @@ import numpy as np
 from metrology.coordinate import SENSED
 from metrology.decay.hop import Hop
 from metrology.decay.modes import guard, is_mains
-from metrology.decay.separation import Separated, drift
+from metrology.decay.separated import Separated, drift
 from metrology.diagnostics.release import HARMONICS, LONGEST, PER_PERIOD, Line, Record, node_gap
 from metrology.diagnostics.subject import Array
 from metrology.message import said
-from metrology.timeseries import periodogram, quantum, rounding_bias
+from metrology.timeseries.spectra import periodogram
+from metrology.timeseries.white_noise import quantum, rounding_bias
 
 BESIDE = (2.0, 10.0)
 """Steps of the spectrum from a line between which the noise beside it is looked at: Hann's window lets the line through

@@ -9,6 +9,7 @@ from math import sqrt
 import numpy as np
 
 from metrology.elongation import checks, model
+from metrology.elongation.evidence import Evidence, runs
 from metrology.elongation.finding import ElongationFinding, LoadLevel, RepeatLine
 from metrology.elongation.line import Floats, Layout, Means, average, slope, slope_weights
 from metrology.elongation.test import ElongationTest, Reading
@@ -190,7 +191,7 @@ def _corrected(test: ElongationTest, readings: tuple[Reading, ...]) -> Floats:
     return np.asarray(test.correction.function(namespace, values), dtype=float)
 
 
-def _evidence(test: ElongationTest, layout: Layout, inputs: tuple[Input, ...]) -> checks.Evidence:
+def _evidence(test: ElongationTest, layout: Layout, inputs: tuple[Input, ...]) -> Evidence:
     values = _corrected(test, test.used)
     namespace = {item.name: item.value for item in inputs}
     forces = np.array([model.force(test, load, namespace) for load in test.loads])
@@ -206,10 +207,10 @@ def _evidence(test: ElongationTest, layout: Layout, inputs: tuple[Input, ...]) -
         for load, force in zip(test.loads, forces.tolist(), strict=True)
     ]
     resolution = sqrt(12.0) * test.resolution.u
-    return checks.Evidence(test.used, values, layout, forces, means, np.array(declared), test.significance, resolution)
+    return Evidence(test.used, values, layout, forces, means, np.array(declared), test.significance, resolution)
 
 
-def _refuse_falling(test: ElongationTest, evidence: checks.Evidence) -> None:
+def _refuse_falling(test: ElongationTest, evidence: Evidence) -> None:
     b = slope(evidence.forces, evidence.means)
     if not b > 0:
         got = f"readings that change by {1e6 * b:.3g} µm/N"
@@ -219,7 +220,7 @@ def _refuse_falling(test: ElongationTest, evidence: checks.Evidence) -> None:
 
 
 def _finding(
-    test: ElongationTest, evidence: checks.Evidence, repeats: Mapping[str, int], inputs: tuple[Input, ...]
+    test: ElongationTest, evidence: Evidence, repeats: Mapping[str, int], inputs: tuple[Input, ...]
 ) -> ElongationFinding:
     means = evidence.means
     b = slope(evidence.forces, means)
@@ -240,7 +241,7 @@ def _finding(
         slope=b,
         slope_u=_slope_u(evidence, b, _common(test, evidence, inputs)),
         levels=_levels(test, evidence, intercept, b),
-        repeats=tuple(RepeatLine(*line) for line in checks.runs(evidence)),
+        repeats=tuple(RepeatLine(*line) for line in runs(evidence)),
         checks=checks.run(evidence),
         equations=model.EQUATIONS,
         notes=_notes(test, means, inputs),
@@ -248,12 +249,12 @@ def _finding(
     )
 
 
-def _covariance(evidence: checks.Evidence) -> Floats:
+def _covariance(evidence: Evidence) -> Floats:
     """Covariance of the mean extensions: repeatability, and what is declared for each load."""
     return np.asarray(evidence.means.variance * evidence.means.cofactor + np.diag(evidence.declared**2))
 
 
-def _common(test: ElongationTest, evidence: checks.Evidence, inputs: tuple[Input, ...]) -> float:
+def _common(test: ElongationTest, evidence: Evidence, inputs: tuple[Input, ...]) -> float:
     """Relative standard uncertainty of the slope from what acts on all loads alike."""
     known = {item.name: item for item in inputs}
     relative = [
@@ -267,12 +268,12 @@ def _common(test: ElongationTest, evidence: checks.Evidence, inputs: tuple[Input
     return sqrt(sum(u**2 for u in relative))
 
 
-def _slope_u(evidence: checks.Evidence, b: float, common: float) -> float:
+def _slope_u(evidence: Evidence, b: float, common: float) -> float:
     weights = slope_weights(evidence.forces, evidence.means)
     return sqrt(float(weights @ _covariance(evidence) @ weights) + (common * b) ** 2)
 
 
-def _levels(test: ElongationTest, evidence: checks.Evidence, intercept: float, b: float) -> tuple[LoadLevel, ...]:
+def _levels(test: ElongationTest, evidence: Evidence, intercept: float, b: float) -> tuple[LoadLevel, ...]:
     means, forces, loads = evidence.means, evidence.forces, evidence.layout.loads
     counts = np.bincount(loads, minlength=len(forces))
     corrected = evidence.values - means.shifts[evidence.layout.repeats]

@@ -19,7 +19,8 @@ from metrology.estimation.problem import Array, Marks
 from metrology.estimation.response import motion, values_of
 from metrology.noise import colour, outlying
 from metrology.rig import Rig
-from metrology.timeseries import Channel, quantum, rounding_bias
+from metrology.timeseries import Channel
+from metrology.timeseries.white_noise import quantum, rounding_bias
 
 CLEAR = 5.0
 """Ln of the Bayes factor of all runs together from which on there are steps: 150 to 1, 'very strong' (Kass & Raftery,

@@ -10,7 +10,8 @@ from math import sqrt
 
 import numpy as np
 
-from metrology.gum.distributions import Distribution, Normal
+from metrology.gum.distributions import Normal
+from metrology.gum.influence import Distribution
 from metrology.gum.inputs import Floats
 
 _ORDERS = 81
@@ -51,7 +52,7 @@ def latent(a: Distribution, b: Distribution, r: float) -> float | None:
 
     Examples
     --------
-    >>> from metrology.gum.distributions import Rectangular
+    >>> from metrology.gum.bounded import Rectangular
     >>> round(latent(Rectangular(1.0), Rectangular(2.0), 0.5), 6)
     0.517638
     """

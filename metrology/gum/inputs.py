@@ -9,7 +9,8 @@ from typing import Literal
 
 import numpy as np
 
-from metrology.gum.distributions import Distribution, Normal, Student
+from metrology.gum.distributions import Normal, Student
+from metrology.gum.influence import Distribution
 
 Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 

@@ -11,7 +11,8 @@ import numpy as np
 
 from metrology.errors import Fault, MetrologyError
 from metrology.gum.copula import latent, transform
-from metrology.gum.distributions import Distribution, Normal
+from metrology.gum.distributions import Normal
+from metrology.gum.influence import Distribution
 from metrology.gum.inputs import Ensemble, Floats, Knowledge, Redrawn
 from metrology.gum.joint import Joint
 from metrology.gum.matrix import root

@@ -15,7 +15,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from metrology.errors import Fault, MetrologyError
-from metrology.gum.distributions import Distribution, Floats, Generator
+from metrology.gum.influence import Distribution, Floats, Generator
 
 WIDEST = 3.0
 """Largest s of a lognormal: at 3 its u is 90 times its median, and no number of draws has its moments."""

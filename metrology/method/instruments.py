@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 from metrology import units
 from metrology.declaration.entry import Refusal
 from metrology.expression import Expression
-from metrology.gum.distributions import Normal, Rectangular
+from metrology.gum.bounded import Rectangular
+from metrology.gum.distributions import Normal
 from metrology.gum.inputs import Component, Input
 from metrology.message import said
 from metrology.sample import modulus

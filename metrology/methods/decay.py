@@ -197,7 +197,7 @@ def analyse(task: Task[DecayTest]) -> Analysed[decay.DecayTest]:
 
 def _left_out(test: decay.DecayTest) -> Iterator[str]:
     """Sentences on the parts of its records that are not evaluated."""
-    from metrology.decay.separation import Separated
+    from metrology.decay.separated import Separated
 
     for record, separated in zip(test.records, test.separated, strict=True):
         for jump in separated.jumps if isinstance(separated, Separated) else ():

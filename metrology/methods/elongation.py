@@ -17,7 +17,7 @@ from metrology.declaration.readings import Readings
 from metrology.declaration.scalars import Id
 from metrology.declaration.scalars import Table as Named
 from metrology.errors import Fault, MetrologyError
-from metrology.gum.distributions import Rectangular
+from metrology.gum.bounded import Rectangular
 from metrology.gum.inputs import Component, Input
 from metrology.message import said
 from metrology.method import Analysed, Files, Loading, Method, Output, Task, instruments

@@ -25,7 +25,8 @@ from metrology.relaxation.model import Builder, Built, Facts
 from metrology.relaxation.noise import colours
 from metrology.relaxation.ramps import without
 from metrology.relaxation.test import Mounting, RelaxationTest
-from metrology.timeseries import Channel, quantum
+from metrology.timeseries import Channel
+from metrology.timeseries.white_noise import quantum
 
 COURSES = 9
 """Branches, from the fastest to the slowest that is looked for, by whose answers a record is divided."""

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from metrology.gum.distributions import Rectangular
+from metrology.gum.bounded import Rectangular
 from metrology.gum.evaluation import Measurand
 from metrology.gum.inputs import Component, Ensemble, Input
 from metrology.message import said

@@ -10,13 +10,14 @@ from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from metrology import checklist
 from metrology.errors import Fault, MetrologyError
 from metrology.language import catalogue, display, done, wording
 from metrology.method.discovery import templates as ours
-from metrology.report import decimals, document, equations, fonts, watermark
+from metrology.report import decimals, document, equations, fonts
 from metrology.report.fonts import visible
+from metrology.report.page_sheets import across, branded, running
 from metrology.report.sides import Sides
+from metrology.report.typesetting import sentence, symbol, worded
 from metrology.units import unit_text
 
 if TYPE_CHECKING:
@@ -29,7 +30,6 @@ if TYPE_CHECKING:
 
 STYLES = {"report.css": "all", "print.css": "print", "screen.css": "screen"}
 """Style sheet → the medium that it is for."""
-
 
 ZOOM_STYLE, SCRIPTS = "vendor/uPlot.min.css", ("vendor/uPlot.iife.min.js", "zoom.js", "page.js")
 """What the HTML needs: the last script always, to sort tables, fold chapters and let the contents follow the reader;
@@ -219,118 +219,6 @@ def _environment(
         "unit": unit_text,
     }
     return environment
-
-
-def symbol(quantity: str) -> Any:
-    """Symbol of a quantity in italics, with its index: ω_n → <i>ω</i><sub>n</sub>."""
-    from markupsafe import Markup, escape
-
-    stem, _, index = visible(display.symbol(quantity)).partition("_")
-    tail = Markup("<sub>{}</sub>").format(escape(index)) if index else Markup("")
-    return Markup("<i>{}</i>{}").format(escape(stem), tail)
-
-
-def worded(text: str) -> Any:
-    """Words about an equation with its symbols set: e = x − x_t → <i>e</i> = <i>x</i> − <i>x</i><sub>t</sub>."""
-    from markupsafe import Markup, escape
-
-    text, pieces, last = visible(text), [], 0
-    for found in equations.SYMBOL.finditer(text):
-        pieces += [escape(text[last : found.start()]), _italic(found)]
-        last = found.end()
-    return Markup("").join([*pieces, escape(text[last:])])
-
-
-def _italic(found: re.Match[str]) -> Any:
-    """Markup of a symbol; two letters without an index may be a word, unless the first is a delta."""
-    from markupsafe import Markup, escape
-
-    stem, index = found["stem"], found["index"]
-    if not stem or (stem.isalpha() and len(stem) > 1 and stem[0] not in "δΔ" and not index):
-        return escape(found[0])
-    tail = Markup("<sub>{}</sub>").format(index) if index else Markup("")
-    return Markup("<i>{}</i>{}").format(stem, tail)
-
-
-_NUMBER = r"\d+(?:[.,]\d+)*(?:×10[⁻⁰¹²³⁴-⁹]+)?"
-_SHORT = r"[^\W\d_](?:[^\W\d_]|⁻){0,2}"
-_UNIT = rf"(?:[%‰]|°C|[^\W\d_][\w·⁻]*/[^\W\d_][\w·]*|{_SHORT}(?:·{_SHORT})*(?!\w|[·.]\w))"
-_SET = re.compile(
-    r"(?<![\w.-])(?P<stem>u|E|F|R|ε|eps|ω|k|x|φ)_(?P<index>val|n|c|d|dyn|t|0|inf|∞|max|m|b)(?![\w.-]*\w)"
-    rf"|(?P<whole>(?<![\d.,]){_NUMBER}(?: ± {_NUMBER})? {_UNIT})"
-)
-"""Symbols with an index that the sentences of methods and verdicts use, a name such as ``x_t.csv`` being none; a value,
-with its u, and its unit: a line would break before it and after its stroke. So are a number and a short word."""
-
-
-def sentence(text: str) -> Any:
-    """A sentence with numbers as they are printed, and its symbols with an index set: u_val → <i>u</i><sub>val</sub>.
-
-    A value stays on one line with its unit. For what is no part of an equation; `worded` sets more, and takes a word of
-    two letters for a symbol.
-    """
-    from markupsafe import Markup, escape
-
-    text, pieces, last = visible(wording.prose(text)), [], 0
-    for found in _SET.finditer(text):
-        piece = Markup('<span class="one">{}</span>').format(found["whole"]) if found["whole"] else symbol(found[0])
-        pieces += [escape(text[last : found.start()]), piece]
-        last = found.end()
-    return Markup("").join([*pieces, escape(text[last:])])
-
-
-def running(language: Language) -> list[tuple[str, str]]:
-    """Sheet with the words at the head and the foot of each page, where they are not English."""
-    if language.code == "en":
-        return []
-    words = {
-        "top-right": _content(language, "Test report {number}"),
-        "bottom-left": _content(language, "The results relate only to the items tested."),
-        "bottom-right": _content(language, "Page {page} of {pages}"),
-    }
-    boxes = " ".join(f"@{place} {{ content: {text} }}" for place, text in words.items())
-    draft = _content(language, "DRAFT of test report {number}")
-    return [(f"@page {{ {boxes} }}\n@page draft {{ @top-right {{ content: {draft} }} }}", "print")]
-
-
-def across(findings: Findings, language: Language) -> list[tuple[str, str]]:
-    """Sheet with the word across the pages of a draft."""
-    if not checklist.lacking(findings):
-        return []
-    picture = watermark.address(language.say("DRAFT"))
-    return [(f"@page draft {{ background: url({picture}) center / 100% 100% no-repeat }}", "print")]
-
-
-_COUNTED = {"number": "string(number)", "page": "counter(page)", "pages": "counter(pages)"}
-
-
-def _content(language: Language, message: str) -> str:
-    """A message as the content of a box at the edge of a page."""
-    marked = language.say(message, **{name: f"\0{name}\0" for name in _COUNTED})
-    pieces = [_COUNTED[piece] if at % 2 else _quoted(piece) for at, piece in enumerate(marked.split("\0"))]
-    return " ".join(pieces)
-
-
-def _quoted(text: str) -> str:
-    """A text as a string of a style sheet."""
-    return '"' + "".join(f"\\{ord(letter):06x}" for letter in text) + '"'
-
-
-def branded(findings: Findings) -> list[tuple[str, str]]:
-    """Sheets with the laboratory's colour, on light pages and on paper, and with its words at the foot of a page."""
-    brand, sheets = findings.campaign.brand, []
-    if brand is not None and brand.colour:
-        heads = f"h1, h2, h3, h4, h5, .laboratory strong {{ color: {brand.colour}; }}"
-        text = f"{heads}\nh2, .conclusion {{ border-color: {brand.colour}; }}"
-        sheets = [(text, "print"), (text, "screen and (prefers-color-scheme: light)")]
-    if brand is not None and brand.footer:
-        words = _quoted(visible(brand.footer))
-        boxes = f"@bottom-center {{ content: {words}; width: 38%; {_FOOT} }} @bottom-left {{ width: 42%; }}"
-        sheets.append((f"@page {{ {boxes} @bottom-right {{ width: 20%; }} }}", "print"))
-    return sheets
-
-
-_FOOT = "font: 6.8pt Report, 'DejaVu Sans'; color: #59616b; text-align: center"
 
 
 def policy(sheets: list[tuple[str, str]]) -> str:

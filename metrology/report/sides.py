@@ -10,8 +10,9 @@ from markupsafe import Markup
 
 from metrology.language import done, notices
 from metrology.language.catalogue import Language
-from metrology.report import document, quality
+from metrology.report import quality
 from metrology.report.fonts import visible
+from metrology.report.limits import limits
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from metrology.findings import Findings
     from metrology.message import Value
     from metrology.report.consensus import Group
-    from metrology.report.document import Line
+    from metrology.report.lines import Line
 
 
 @dataclass(frozen=True)
@@ -91,7 +92,7 @@ class Sides:
             "described": lambda line: self.each(lambda language: described(line, language)),
             "agreed_by": lambda group: self.each(lambda language: agreed_by(group, language)),
             "rule": lambda entry: self.each(lambda language: quality.rule_name(entry, language)),
-            "within": lambda entry: self.each(lambda language: document.limits(entry, language)),
+            "within": lambda entry: self.each(lambda language: limits(entry, language)),
             "tested": self._tested,
             "kind_of": lambda kind, code: self._in(code).word(kind, "notice"),
             "why": lambda reasons: self._why(reasons, findings, sentence),

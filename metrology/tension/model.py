@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from metrology.gum.distributions import Normal, Rectangular
+from metrology.gum.bounded import Rectangular
+from metrology.gum.distributions import Normal
 from metrology.gum.evaluation import Measurand
 from metrology.gum.inputs import Component, Ensemble, Input
 from metrology.message import said

@@ -78,9 +78,9 @@ def _written(campaign: Campaign, findings: Findings, output: Path, **rest: Any) 
 
 
 def _page(findings: Findings, html: bytes, *, whole: bool) -> Page:
-    from metrology.report import document
+    from metrology.report.lines import main_results
 
-    lines = document.main_results(findings)
+    lines = main_results(findings)
     results = ((one.sample, one.result.quantity, f"{one.value} ± {one.expanded}", one.shown.unit) for one in lines)
     verdicts = Counter[str](entry.verdict for entry in findings.conformity)
     return Page(html, whole, findings.campaign.title, tuple(results), dict(verdicts), findings.failures)

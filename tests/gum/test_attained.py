@@ -11,8 +11,9 @@ import pytest
 from metrology.expression import Expression
 from metrology.gum import functions
 from metrology.gum.attained import Attained, attained
+from metrology.gum.bounded import Rectangular
 from metrology.gum.curve import curve
-from metrology.gum.distributions import Normal, Rectangular
+from metrology.gum.distributions import Normal
 from metrology.gum.evaluation import Measurand
 from metrology.gum.fit import knowledge
 from metrology.gum.inputs import Component, Ensemble, Input, Knowledge

@@ -10,20 +10,11 @@ import pytest
 from scipy import integrate, stats
 
 from metrology.errors import MetrologyError
-from metrology.gum.conformity import (
-    Analytic,
-    Decision,
-    Empirical,
-    Limits,
-    Prior,
-    Rule,
-    decide,
-    global_risks,
-    probability_of_conformity,
-    rule_risk,
-)
-from metrology.gum.output import expanded, probability
-from metrology.gum.risk import global_guard_band
+from metrology.gum.conformity import Decision, decide
+from metrology.gum.conformity_probability import probability_of_conformity
+from metrology.gum.guard_bands import Rule, rule_risk
+from metrology.gum.output import Analytic, Empirical, expanded, probability
+from metrology.gum.risk import Limits, Prior, global_guard_band, global_risks
 
 BEARINGS = Prior.gamma(4, 0.25)
 
@@ -339,7 +330,7 @@ def test_closed_form_a_square_at_zero_conforms_as_often_as_it_does() -> None:
 
 
 def test_limit_beyond_every_possible_value_conforms_with_probability_one() -> None:
-    from metrology.gum.distributions import Rectangular
+    from metrology.gum.bounded import Rectangular
 
     found = evaluated(lambda q: q["X"], X=(0.0, Rectangular(1.0)))
     assert isinstance(found.output, Empirical)

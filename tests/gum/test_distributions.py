@@ -3,16 +3,8 @@ import pytest
 from scipy import integrate, stats
 
 from metrology.errors import MetrologyError
-from metrology.gum.distributions import (
-    DISTRIBUTIONS,
-    Arcsine,
-    CurvilinearTrapezoid,
-    Normal,
-    Rectangular,
-    Student,
-    Trapezoidal,
-    Triangular,
-)
+from metrology.gum.bounded import Arcsine, CurvilinearTrapezoid, Rectangular, Trapezoidal, Triangular
+from metrology.gum.distributions import DISTRIBUTIONS, Normal, Student
 
 
 def curvilinear_density(x, a=1.0, d=0.4):

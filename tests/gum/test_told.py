@@ -17,18 +17,12 @@ from metrology.expression import Expression
 from metrology.gum import Component, Ensemble, Input, Normal, Rectangular, regression
 from metrology.gum.budget import budget
 from metrology.gum.comparison import en
-from metrology.gum.conformity import (
-    Analytic,
-    Decision,
-    Limits,
-    Prior,
-    Rule,
-    decide,
-    global_risks,
-    probability_of_conformity,
-)
+from metrology.gum.conformity import Decision, decide
+from metrology.gum.conformity_probability import probability_of_conformity
+from metrology.gum.guard_bands import Rule
 from metrology.gum.law import propagate
-from metrology.gum.risk import global_guard_band
+from metrology.gum.output import Analytic
+from metrology.gum.risk import Limits, Prior, global_guard_band, global_risks
 
 WLS = ([1, 2, 3, 4, 5, 6], [3.3, 5.6, 7.1, 9.3, 10.7, 12.1])
 X = np.linspace(0.0, 3.0, 12)

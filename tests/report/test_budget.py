@@ -13,7 +13,7 @@ from metrology.message import said
 from metrology.report import budget, document
 from metrology.report.equations import draw, mathtext, parted
 from metrology.report.figures.sketch import ticks
-from metrology.report.html import sentence, worded
+from metrology.report.typesetting import sentence, worded
 
 
 @pytest.fixture

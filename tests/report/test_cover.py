@@ -14,7 +14,7 @@ from metrology.findings import Anomaly, AuditRow, Findings, Withheld
 from metrology.language.attention import attention
 from metrology.language.notices import ORDER, brief
 from metrology.report import make
-from metrology.report.document import stated_limits
+from metrology.report.limits import stated_limits
 
 LONG = "a text that is long enough for several lines of any column of the tables that stand on page 1, " * 3
 

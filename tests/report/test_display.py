@@ -10,7 +10,7 @@ from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 from metrology.language import display, wording
-from metrology.report import document, equations
+from metrology.report import equations, lines
 from metrology.report.figures import style
 
 
@@ -94,9 +94,9 @@ def test_law_a_greek_name_keeps_its_index() -> None:
 
 def test_law_numbers_of_many_sizes_line_up_unit_by_unit_where_all_together_would_be_too_wide() -> None:
     units = ["N/m", "N/m", "%"]
-    apart = document._column(["24730", "1810.9", "0.08695"], units)
+    apart = lines._column(["24730", "1810.9", "0.08695"], units)
     assert apart == ["24730\N{PUNCTUATION SPACE}\N{FIGURE SPACE}", "1810.9", "0.08695"]
-    together = document._column(["2473", "1810.9", "0.087"], units)
+    together = lines._column(["2473", "1810.9", "0.087"], units)
     assert together == display.aligned(["2473", "1810.9", "0.087"])
 
 

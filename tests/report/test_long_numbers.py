@@ -15,7 +15,7 @@ from metrology import chain, report
 from metrology.campaign.load import load
 from metrology.findings import Findings, to_json
 from metrology.language.catalogue import Language
-from metrology.report import document, quality
+from metrology.report import limits, lines, quality
 from metrology.signoff import printed
 
 CAMPAIGN = """
@@ -72,13 +72,13 @@ def long(tmp_path_factory: pytest.TempPathFactory) -> Findings:
 
 
 def test_law_a_limit_is_printed_with_every_digit_and_the_unit_that_are_stated(long: Findings) -> None:
-    assert {one.requirement: document.limits(one) for one in long.conformity} == STATED
+    assert {one.requirement: limits.limits(one) for one in long.conformity} == STATED
     german = Language("de", comma=True)
-    assert document.limits(long.conformity[1], german) == "≥ 9999999,999 Hz"
+    assert limits.limits(long.conformity[1], german) == "≥ 9999999,999 Hz"
 
 
 def test_law_an_acceptance_limit_has_the_digits_of_its_guard_band(long: Findings) -> None:
-    found = {one.requirement: document.acceptance(one) for one in long.conformity}
+    found = {one.requirement: limits.acceptance(one) for one in long.conformity}
     assert {name: found[name] for name in ACCEPTED} == ACCEPTED
 
 
@@ -96,13 +96,13 @@ def test_law_guard_bands_that_differ_between_the_limits_are_both_printed(long: F
 
 def test_law_results_of_before_tell_a_limit_by_its_value(long: Findings) -> None:
     older = [replace(one, lower_stated="", upper_stated="") for one in long.conformity]
-    assert [document.limits(one) for one in older[1:4]] == [
+    assert [limits.limits(one) for one in older[1:4]] == [
         "≥ 9999999.999 Hz", "≤ 12345.6 N", "1000.001 g to 1000.002 g"
     ]  # fmt: skip
 
 
 def test_law_no_uncertainty_is_dropped_beside_a_long_value(long: Findings) -> None:
-    shown = {line.result.quantity: (line.value, line.u, line.expanded) for line in document.main_results(long)}
+    shown = {line.result.quantity: (line.value, line.u, line.expanded) for line in lines.main_results(long)}
     assert shown["f1"] == ("10000000.0012", "0.0010", "0.0020")
     assert shown["C"] == ("123456789.1230", "0.0020", "0.0039")
     assert shown["D"] == ("1.0000000000000", "1.0×10⁻¹²", "2.0×10⁻¹²")

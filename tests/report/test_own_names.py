@@ -10,12 +10,12 @@ import pytest
 
 from metrology import chain
 from metrology.campaign.load import load
-from metrology.chain import judgement
+from metrology.chain import conformity
 from metrology.findings import Findings
 from metrology.language import notices, wording
 from metrology.language.catalogue import Language
 from metrology.language.display import chance
-from metrology.report import document, html, quality
+from metrology.report import html, lines, quality
 from metrology.summary import print_summary
 
 CAMPAIGN = """
@@ -47,8 +47,8 @@ def own(tmp_path_factory: pytest.TempPathFactory) -> Findings:
 
 
 def test_law_only_what_a_method_gives_is_called_by_its_word(own: Findings, findings: Findings) -> None:
-    assert {line.name for line in document.main_results(own)} == {""}
-    assert "stiffness" in {line.name for line in document.main_results(findings)}
+    assert {line.name for line in lines.main_results(own)} == {""}
+    assert "stiffness" in {line.name for line in lines.main_results(findings)}
 
 
 @pytest.mark.parametrize("name", ["ind", "inv", "bad"])
@@ -93,9 +93,9 @@ def test_law_a_probability_in_a_sentence_has_no_digit_that_its_table_denies(own:
 def test_law_what_has_no_value_has_no_uncertainty_and_no_interval(
     own: Findings, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    lines = {line.result.quantity: line for line in document.main_results(own)}
+    shown = {line.result.quantity: line for line in lines.main_results(own)}
     for name in ("s", "r"):
-        line = lines[name]
+        line = shown[name]
         assert (line.u, line.expanded, line.leads.low, line.leads.high) == ("–", "–", "–", "–")
     notes = [sentence for _, sentence in notices.brief(own)]
     assert not any("u = 0" in one for one in notes)
@@ -109,10 +109,10 @@ def test_law_what_has_no_value_has_no_uncertainty_and_no_interval(
 
 def test_law_a_reason_against_a_verdict_is_given_once(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     (tmp_path / "campaign.yaml").write_text(CAMPAIGN, encoding="utf-8")
-    original = judgement.conformity
+    original = conformity.conformity
     doubt = SimpleNamespace(
         sentence="Two results contradict each other.", acceptance="", bars=lambda _: True, shape=False
     )
-    monkeypatch.setattr(judgement, "conformity", lambda *given: original(*given[:3], {"E": (doubt, doubt)}))
+    monkeypatch.setattr(conformity, "conformity", lambda *given: original(*given[:3], {"E": (doubt, doubt)}))
     withheld = chain.evaluate(load(tmp_path / "campaign.yaml")).withheld
     assert [one.reasons for one in withheld] == 2 * [("Two results contradict each other.",)]

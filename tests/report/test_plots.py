@@ -13,7 +13,7 @@ import response_sample
 
 from metrology.errors import MetrologyError
 from metrology.findings import Findings
-from metrology.gum.conformity import Rule
+from metrology.gum.guard_bands import Rule
 from metrology.report import document, html, quality, staging
 from metrology.report.figures import damping, decay, decrement, fit, response
 from metrology.report.figures.style import BLUE, PALE
