@@ -659,13 +659,14 @@ def test_planted_a_saturated_cell_that_reads_the_load_is_said():
         ("skew", ""),
         ("short", "falls behind"),
         ("flicker", ""),
+        ("answer", "times in a row"),
     ],
 )
 def test_planted_readings_of_the_input_that_were_held_or_coarse_are_said(load, wrong, words):
     """`staircase`: a drive that was commanded in round steps of one reading; `skew`: it is read one reading late.
 
     `short`: its range ends within the last step of the ramp, and its answer goes on. `flicker`: its last digit does so
-    at rest.
+    at rest. `answer`: the other channel was held for longer than the ramp.
     """
     stiff, level = (5e-5, 100.0) if load else (2e4, 5e-3)
     up = (0.2, 0.4, 0.6, 0.8, 1.0) if wrong == "staircase" else (1.0,)
@@ -686,6 +687,9 @@ def test_planted_readings_of_the_input_that_were_held_or_coarse_are_said(load, w
         one[name] = np.minimum(u, 0.85 * level)
     elif wrong == "flicker":
         one[name][10:16:2] += 1e-3 * level
+    elif wrong == "answer":
+        other = "elongation" if load else "force"
+        one[other] = one[other][50 * (np.arange(len(u)) // 50)]
     elif wrong == "skew":
         one[name] = np.concatenate([u[:1], u[:-1]])
     mounting = Mounting("a", one["time"], one["force"], one["elongation"])

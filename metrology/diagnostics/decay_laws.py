@@ -112,7 +112,8 @@ def _gain(rig: Rig, records: Sequence[Record], values: Sequence[tuple[float, ...
     """Factor of the reading that changes with time, in each record by itself: a hat over the record a column.
 
     No more hats than periods, over the time in which the motion is more than noise: a factor that changes faster is a
-    line beside the decay, which is listed. A steady one is the amplitude, one that falls steadily the damping.
+    line beside the decay, which is listed. A steady one is the amplitude, one that falls steadily the damping. Of one
+    release, any gain of time is a damping that depends on the amplitude, which falls with time.
     """
     columns: list[Array] = []
     names: dict[str, float] = {}
@@ -125,8 +126,9 @@ def _gain(rig: Rig, records: Sequence[Record], values: Sequence[tuple[float, ...
         names |= {f"{GAIN} of time {number}@{at}": float(knot) for at, knot in enumerate(knots)}
     ends = np.cumsum([len(one.t) for one in records])[:-1]
     rows = np.split(-GAIN_SEEN * block_diag(*columns), ends)
+    words = QUANTITIES[rig.coordinate]
     # A factor 1 + b·t is a damping less by 2m·b, at the same frequency: k = m·ω² + c²/(4m) falls with it.
     c = float(np.mean([own[MOTION.index("c")] for own in values]))
     straight = {"c": 2 * rig.m, "k": c}
     return Direction(f"{GAIN} of time", names, GAIN_SEEN, tuple(rows), ways=tuple(names), listed=STRAIGHT,
-                     straight=straight)  # fmt: skip
+                     straight=straight, mimics=f"{words['F'].word} of {words['v'].word}")  # fmt: skip

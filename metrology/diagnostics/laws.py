@@ -60,6 +60,8 @@ class Law:
     """χ² that the law takes away."""
     straight: Mapping[str, float] = field(default_factory=dict)
     """Unknowns that the straight part of the law is, which is no part of it, and what each is for a slope of one."""
+    mimics: str = ""
+    """Family that does the same to the readings as far as these show one frequency."""
 
     @property
     def off(self) -> dict[str, float]:
@@ -152,6 +154,7 @@ def _law(one: Family, rows: Array, residual: Array, known: tuple[Few | None, int
     return Law(
         one.direction.effect, log_bayes, at, ways @ chosen.mean * amount, u * amount, one.rows,
         tuple(kind for kind in kinds if kind.weight > NEGLIGIBLE), chosen.gone, one.direction.straight,
+        one.direction.mimics,
     )  # fmt: skip
 
 

@@ -187,6 +187,8 @@ class Direction:
     a zero and a gain. The first alone: stiffness or damping of the line; such a law is zero at zero, as a line is."""
     straight: Mapping[str, float] = field(default_factory=dict)
     """Unknowns that the straight part of an unlisted law is, and by how much each is off for a slope of one."""
+    mimics: str = ""
+    """Family of other unlisted laws that do the same to the readings as far as these show one frequency."""
     is_line: bool = False
     """Whether an unlisted law is an oscillation of one frequency: the noise about it is measured beside it."""
     neighbours: bool = False

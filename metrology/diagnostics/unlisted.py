@@ -139,10 +139,20 @@ def _has(sharper: Line, law: Law, kept: Set) -> bool:
 
 
 def _shares(laws: Sequence[Law]) -> list[float]:
-    """Part that each family has in the evidence of all."""
+    """Part that each family has in the evidence of all; a law that mimics another gives half of its part to that one.
+
+    The unknowns are as uncertain then as beside the other: small harmonics choose between the two, in which the form
+    of neither is exact.
+    """
     from scipy.special import softmax
 
-    return [float(share) for share in softmax([law.log_bayes for law in laws])]
+    shares = [float(share) for share in softmax([law.log_bayes for law in laws])]
+    places = {law.family: at for at, law in enumerate(laws) if law.kinds}
+    for at, law in enumerate(laws):
+        if law.mimics in places:
+            shares[at] /= 2
+            shares[places[law.mimics]] += shares[at]
+    return shares
 
 
 def _refuted(sharper: Line, left: float) -> bool:

@@ -814,6 +814,12 @@ def test_planted_damper_of_one_way_gives_no_name_to_what_carries_little_beside_i
         records.append(Channel(f"record-{at}", t, x, "rad"))
     found = decay(DecayTest("d", tuple(records), Input("d.inertia", inertia, unit="kg·m²"), "k"), rng=rng)
     assert (found.verdict, found.named) == ("unexplained", ())
+    # Half of the damper is damping to any decay: where its law has a gain of time besides, c was 30 u off.
+    supported = found.supported
+    own = supported.names.index("c")
+    u = math.sqrt(sum(value**2 for one in supported.sources for value in one.columns[own]))
+    assert u > 0.05 * c
+    assert supported.values[own] == pytest.approx(c, abs=3 * u)
 
 
 @pytest.mark.long

@@ -99,6 +99,9 @@ def _short(test: RelaxationTest, one: Done) -> Iterator[str]:
     if not len(ramps) or (last - first)[ramps[0]] < LEAST:
         return
     du, dy = (np.diff(each)[first[ramps[0]] : last[ramps[0]]] for each in (u, y))
+    if not dy.sum():
+        # An answer that was held for the whole ramp, which other checks see.
+        return
     ahead = [dy[end] * du[within] / dy[within] - du[end] if dy[within] else 0.0 for end, within in ((0, 1), (-1, -2))]
     start, stop = (float(each / du.sum()) for each in ahead)
     noise = SCATTERS * float(np.median(np.abs(np.diff(y)))) / abs(float(dy.sum()))
