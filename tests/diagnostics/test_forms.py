@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from metrology.diagnostics import Response, flexible
+from metrology.diagnostics import Response, free_force
 from metrology.diagnostics.families import families
 from metrology.diagnostics.laws import Law, of_families, together
 from metrology.diagnostics.likelihood import noise
@@ -35,9 +35,9 @@ def fitted(effects: dict[str, float]) -> tuple[Response, Fit]:
     return subject, fit
 
 
-def forms(effects: dict[str, float]) -> dict[str, flexible.Form]:
+def forms(effects: dict[str, float]) -> dict[str, free_force.Form]:
     subject, fit = fitted(effects)
-    return {one.family: one for one in flexible.forms(fit, subject.families(fit))}
+    return {one.family: one for one in free_force.forms(fit, subject.families(fit))}
 
 
 @pytest.fixture(scope="module")
