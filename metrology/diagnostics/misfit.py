@@ -1,4 +1,4 @@
-"""What the full list leaves: spectra of the residuals beside all columns, and the misfit that they show."""
+"""What even the full list of effects leaves: one factor on the covariance of the readings, and the noise about lines."""
 
 from __future__ import annotations
 
