@@ -1,4 +1,4 @@
-"""What even the full list of effects leaves: a factor on the covariance of the readings, and the noise about lines."""
+"""Residuals of the full list of effects: a factor on the covariance of the readings, and the noise about lines."""
 
 from __future__ import annotations
 

@@ -45,8 +45,6 @@ PER_PERIOD = 20
 """Samples kept per period: means over whole blocks."""
 LONGEST = 300
 """Periods of a record that are looked at, from the release on."""
-
-
 FINE = 40
 """Steps per period of an integral over a motion."""
 DIFFERENCE = 1e-3

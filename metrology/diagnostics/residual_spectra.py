@@ -1,4 +1,4 @@
-"""Spectra of what a model leaves, and of what its columns had of white noise."""
+"""Spectra of the residuals of a model, and of what its columns had of white noise."""
 
 from __future__ import annotations
 

@@ -33,7 +33,6 @@ from metrology.message import said
 
 AT_ONCE = 2
 """Sets that are fitted at a time before the best of them is looked at."""
-
 EQUAL = 3.0
 """Difference in ln evidence from which on one is preferred to the other: 20 to 1, 'strong' of Kass & Raftery (J. Am.
 Stat. Assoc. 90 (1995) 773)."""
@@ -51,8 +50,6 @@ USUAL = 25
 """Derivatives of a usual fit: half of those of responses take fewer."""
 PATIENCE = 3
 """Rounds without a better set after which the straight line is not believed further."""
-
-
 FORM = 5e-3
 """Part of what an effect does by which its form may be off: a compliance in series is quasi-static, which is off by
 (c·ω/k)², 2.4e-3 for the stiffest tape of the paper; a friction of 7 µN was named for it."""

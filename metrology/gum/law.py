@@ -207,16 +207,13 @@ class Law:
 
     def coefficients(self) -> tuple[tuple[float | None, ...], ...]:
         """Correlation coefficients between the outputs; None where a u is zero or undefined."""
-        u, covariance = self._u, self.covariance
-        return tuple(
-            tuple(
-                (1.0 if i == j else min(1.0, max(-1.0, float(covariance[i, j]) / (u[i] * u[j]))))
-                if u[i] > 0 and u[j] > 0
-                else None
-                for j in range(len(u))
-            )
-            for i in range(len(u))
-        )
+        return tuple(tuple(self._coefficient(i, j, one) for j, one in enumerate(line))
+                     for i, line in enumerate(self.covariance.tolist()))  # fmt: skip
+
+    def _coefficient(self, i: int, j: int, covariance: float) -> float | None:
+        if not (self._u[i] > 0 and self._u[j] > 0):
+            return None
+        return 1.0 if i == j else min(1.0, max(-1.0, covariance / (self._u[i] * self._u[j])))
 
     @property
     def covariance(self) -> Floats:
