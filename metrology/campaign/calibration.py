@@ -206,13 +206,13 @@ def _said(path: Path, root: ET.Element, wanted: str) -> tuple[dict[str, Any], st
 def _freedom(k: float, probability: float) -> str:
     """Effective degrees of freedom by k = t_p(ν) (JCGM 100, G.3), as D-SI has no place for them; none where k is 2."""
     from scipy.optimize import brentq
-    from scipy.stats import t
+    from scipy.special import stdtrit
 
     if not 0.5 < probability < 1 or k < 2.01:
         return ""
 
     def beyond(dof: float) -> float:
-        return float(t.ppf((1 + probability) / 2, dof)) - k
+        return float(stdtrit(dof, (1 + probability) / 2)) - k
 
     return f"{brentq(beyond, 1, 999):.3g}" if beyond(1) > 0 > beyond(999) else ""
 

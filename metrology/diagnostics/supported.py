@@ -196,14 +196,16 @@ def _by_cause(fit: Fit, pick: Array, values: Array, noise: Noise) -> Parts:
 
 def _by_readings(fit: Fit, noise: Noise, weights: Array) -> Array:
     """(J·B)ᵀ·C·(J·B) with weights B, C the covariance of coloured noise with the whitening filter W: C = (WᵀW)⁻¹."""
-    from scipy.signal import lfilter
+    from scipy.linalg.lapack import dtbtrs
 
     found = np.zeros((weights.shape[1], weights.shape[1]))
     for block, part, used in zip(fit.problem.blocks, spread_out(fit), fit.used, strict=True):
         kept = part @ weights * used[:, None]
         for segment in block.segments:
             taps = noise.channels.get(segment.name, WHITE).filter
-            rows = lfilter([1.0], taps, kept[segment.first : segment.last][::-1], axis=0)
+            # W is banded and triangular, and Wᵀ is W with the readings in the other order.
+            band = np.repeat(taps[:, None], segment.last - segment.first, axis=1)
+            rows, _ = dtbtrs(band, kept[segment.first : segment.last][::-1], uplo="L")
             found += rows.T @ rows
     return found
 

@@ -61,7 +61,7 @@ def linearity(evidence: Evidence) -> Check:
 
 def _without_scatter(evidence: Evidence, away: float) -> Check:
     """Lack of fit of readings that repeat exactly: χ² of the means against what is declared, resolution included."""
-    from scipy.stats import chi2
+    from scipy.special import chdtrc
 
     extra = len(evidence.forces) - 2
     if evidence.means.dof < 1 or extra < 1 or not evidence.declared.all():
@@ -70,7 +70,7 @@ def _without_scatter(evidence: Evidence, away: float) -> Check:
     covariance = np.diag(evidence.declared**2)
     deviation = _deviation(evidence, covariance)
     statistic = float(deviation @ np.linalg.solve(covariance, deviation))
-    p_value = float(chi2.sf(statistic, extra))
+    p_value = float(chdtrc(extra, statistic))
     if p_value >= evidence.significance:
         sentence = said(
             "The readings repeat exactly, and leave the line by no more than the indicator may err: largest deviation "
@@ -97,12 +97,12 @@ def _deviation(evidence: Evidence, covariance: Floats) -> Floats:
 
 def _explained(evidence: Evidence) -> float:
     """Probability of deviations as large, given repeatability and declared uncertainties."""
-    from scipy.stats import f
+    from scipy.special import fdtrc
 
     covariance = evidence.means.variance * evidence.means.cofactor + np.diag(evidence.declared**2)
     deviation = _deviation(evidence, covariance)
     extra = len(evidence.forces) - 2
-    return float(f.sf(deviation @ np.linalg.solve(covariance, deviation) / extra, extra, evidence.means.dof))
+    return float(fdtrc(extra, evidence.means.dof, deviation @ np.linalg.solve(covariance, deviation) / extra))
 
 
 def zero_shift(evidence: Evidence) -> Check:
@@ -128,7 +128,7 @@ def zero_shift(evidence: Evidence) -> Check:
 
 def hysteresis(evidence: Evidence) -> Check:
     """Paired t test of the readings at the same load of the same repeat: unloading less loading."""
-    from scipy.stats import t
+    from scipy.special import stdtr
 
     differences = _pairs(evidence)
     if len(differences) < 2:
@@ -146,7 +146,7 @@ def hysteresis(evidence: Evidence) -> Check:
         text = "No difference: {what}." if same else "The same difference in every pair: {what}."
         return Check(HYSTERESIS, None, None, same, said(text, what=what))
     statistic = mean / u
-    p_value = float(2 * t.sf(abs(statistic), count - 1))
+    p_value = float(2 * stdtr(count - 1, -abs(statistic)))
     if p_value >= evidence.significance:
         return Check(HYSTERESIS, statistic, p_value, True, said("No difference beyond scatter: {what}.", what=what))
     sentence = said(
@@ -197,7 +197,7 @@ def between_repeats(evidence: Evidence) -> Check:
 
 def _explained_by_rounding(evidence: Evidence, slopes: Floats) -> float:
     """Probability of slopes that differ as much, given the scatter and a rounding in common to a load of a repeat."""
-    from scipy.stats import f
+    from scipy.special import fdtrc
 
     if not evidence.s < 0.5 * evidence.resolution:
         return 0.0
@@ -211,7 +211,7 @@ def _explained_by_rounding(evidence: Evidence, slopes: Floats) -> float:
     cells = (layout.loads[:, None] == layout.loads) & (layout.repeats[:, None] == layout.repeats)
     covariance = float(left @ left) / dof * np.eye(extra) + evidence.resolution**2 / 12 * axes.T @ cells @ axes
     found = axes.T @ evidence.values
-    return float(f.sf(found @ np.linalg.solve(covariance, found) / extra, extra, dof))
+    return float(fdtrc(extra, dof, found @ np.linalg.solve(covariance, found) / extra))
 
 
 CHECKS = (linearity, zero_shift, hysteresis, between_repeats, outlier, records)

@@ -198,7 +198,7 @@ def compare(readings: Floats, smaller: Floats, larger: Floats, *, floor: float) 
     floor : float
         Standard deviation below which scatter counts as rounding of the arithmetic, in m.
     """
-    from scipy.stats import f
+    from scipy.special import fdtrc
 
     rest_small, rank_small = _rest(readings, smaller)
     rest_large, rank_large = _rest(readings, larger)
@@ -206,7 +206,7 @@ def compare(readings: Floats, smaller: Floats, larger: Floats, *, floor: float) 
     if extra < 1 or dof < 1 or rest_large <= dof * floor**2:
         return Nested(None, None, extra, dof)
     statistic = max(0.0, rest_small - rest_large) / extra / (rest_large / dof)
-    return Nested(statistic, float(f.sf(statistic, extra, dof)), extra, dof)
+    return Nested(statistic, float(fdtrc(extra, dof, statistic)), extra, dof)
 
 
 def _rest(readings: Floats, columns: Floats) -> tuple[float, int]:

@@ -55,7 +55,7 @@ def outlier(evidence: Evidence) -> Check:
     What the others scatter by is no less than their rounding: under a coarse division nearly all at a load are alike.
     Several readings that hide each other in the scatter are looked for together.
     """
-    from scipy.stats import t
+    from scipy.special import stdtr
 
     means, count = evidence.means, len(evidence.values)
     if means.dof < 2 or evidence.s <= evidence.floor:
@@ -65,7 +65,7 @@ def outlier(evidence: Evidence) -> Check:
     ratios = np.where(means.leverage < 1 - 1e-6, means.leftover / np.sqrt(rest * spare), 0.0)
     worst = int(np.abs(ratios).argmax())
     statistic = float(ratios[worst])
-    p_value = min(1.0, count * 2 * float(t.sf(abs(statistic), means.dof - 1)))
+    p_value = min(1.0, count * 2 * float(stdtr(means.dof - 1, -abs(statistic))))
     reading = evidence.readings[worst]
     line = "load {load}, repeat {repeat}, {direction} (line {line})"
     text = line if reading.line else "load {load}, repeat {repeat}, {direction}"
@@ -108,8 +108,7 @@ def _several(evidence: Evidence) -> tuple[list[int], float, float]:
 
     The F test of a column for each reading of the set, times the number of sets of as many, times the numbers tried.
     """
-    from scipy.special import comb
-    from scipy.stats import f
+    from scipy.special import comb, fdtrc
 
     means, count = evidence.means, len(evidence.values)
     axes = np.linalg.svd(means.columns, full_matrices=False)
@@ -131,7 +130,7 @@ def _several(evidence: Evidence) -> tuple[list[int], float, float]:
         variance = float(left @ left) / (means.dof - size)
         rest = max(variance, _least(evidence))
         F = (whole - float(left @ left)) / size / rest
-        chance = float(f.sf(F, size, means.dof - size)) * float(comb(count, size)) * (most - 1)
+        chance = float(fdtrc(size, means.dof - size, F)) * float(comb(count, size)) * (most - 1)
         if chance < least:
             found, least, without = sorted(chosen), chance, variance
     return found, least, without

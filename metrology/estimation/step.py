@@ -8,8 +8,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import cholesky_banded, solveh_banded
-from scipy.ndimage import median_filter
-from scipy.optimize import minimize_scalar
 
 from metrology.estimation.fit import Settings, fit
 from metrology.estimation.measured import MeasuredRun
@@ -243,6 +241,8 @@ def _beside(measured: MeasuredRun) -> _Beside | None:
 
 def _spikes(values: Array) -> Marks:
     """Single readings far off among their neighbours."""
+    from scipy.ndimage import median_filter
+
     off = values - median_filter(values, BESIDE, mode="mirror")
     return outlying(off / max(1.4826 * float(np.median(np.abs(off))), 1e-300))
 
@@ -252,6 +252,8 @@ def _sizes(y: Array, X: Array, weights: Array, least: float, at: int | None = No
 
     The diagonal of the inverse of a tridiagonal matrix follows from its pivots from either end.
     """
+    from scipy.optimize import minimize_scalar
+
     beside = X if at is None else np.column_stack([X, np.arange(len(y)) == at])
     found = minimize_scalar(
         lambda log: _likelihood(y, beside, weights, log)[0],
