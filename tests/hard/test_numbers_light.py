@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-CAMPAIGN = Path(__file__).parents[2] / "campaigns" / "tapes" / "campaign.yaml"
+TESTS = Path(__file__).parents[1]
+CAMPAIGN = TESTS.parent / "campaigns" / "tapes" / "campaign.yaml"
 
 HEAVY = {"dask", "distributed", "matplotlib", "numba", "pandas", "pyarrow", "pyhanko", "scipy", "weasyprint"}
 """What takes from a tenth of a second to several seconds to load, and is needed by some commands only."""
@@ -28,6 +29,16 @@ PROGRAMS = {
     ),
     "check": (f"from metrology.cli import main\nassert main(['check', {str(CAMPAIGN)!r}]) == 0", HEAVY),
     "the room of uncertainty": ("import metrology.gum", HEAVY),
+    "an elongation and its diagnosis": (
+        f"import sys; sys.path.insert(0, {str(TESTS)!r})\n"
+        "import numpy as np, metrology\n"
+        "from metrology.diagnostics.elongation import elongation\n"
+        "from metrology.elongation import analyse\n"
+        "from plain_cases import stretched\n"
+        "test = stretched('peek', 1, {})\n"
+        "assert analyse(test) and elongation(test, rng=np.random.default_rng(1)).verdict == 'nothing missing'",
+        (HEAVY - {"scipy"}) | {"scipy.ndimage", "scipy.signal", "scipy.stats"},
+    ),
 }
 
 
