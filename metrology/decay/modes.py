@@ -16,11 +16,12 @@ from metrology.timeseries.spectra import on_grid, periodogram
 
 OTHERS = 10
 """Most further oscillations (transverse, pendulum, mains) that are looked for in one record."""
+MAINS_WIDTH = 0.5
+"""Hz about a multiple of the mains frequency within which a line is theirs."""
 
 _FALSE_ALARM = 1e-4  # of one search of a record of noise alone
 _PER_PERIOD = 24  # samples kept per period for the fit: block means lose nothing of a decaying oscillation
 _PASSES = 6  # of looking at what is left
-_MAINS_WIDTH = 0.5  # Hz about a multiple of the mains frequency
 _FINER = 4  # times that the frequencies of a spectrum lie closer than those of the record itself
 _SLOW = DEGREE / 2  # cycles in a record: what turns less often is what the polynomial of the baseline follows
 
@@ -41,7 +42,7 @@ def is_mains(mode: Mode, mains: float) -> bool:
         Whether it is within the width that a mains line has.
     """
     multiple = round(mode.frequency / mains)
-    return multiple >= 1 and abs(mode.frequency - multiple * mains) < _MAINS_WIDTH
+    return multiple >= 1 and abs(mode.frequency - multiple * mains) < MAINS_WIDTH
 
 
 def longitudinal(free: Channel, level: float, *, mains: float, expected: float | None) -> Mode:
@@ -57,7 +58,7 @@ def longitudinal(free: Channel, level: float, *, mains: float, expected: float |
     energy = 2 * abs(np.fft.rfft(weighted, size, axis=1)) ** 2 / (weights**2).sum(axis=1)[:, None]
     allowed = (omega > 3 * 2 * pi / t[-1]) & (omega < 2 * pi / free.step / 8) & (rates[:, None] < 0.6 * omega)
     multiple = np.maximum(np.round(omega / (2 * pi * mains)), 1)
-    allowed &= abs(omega / (2 * pi) - multiple * mains) > max(_MAINS_WIDTH, 2 / t[-1])
+    allowed &= abs(omega / (2 * pi) - multiple * mains) > max(MAINS_WIDTH, 2 / t[-1])
     if expected is not None:
         allowed &= abs(omega - expected) < 0.3 * expected
     if not allowed.any():
@@ -76,7 +77,7 @@ def longitudinal(free: Channel, level: float, *, mains: float, expected: float |
 
 def _mains_line(t: Floats, y: Floats, mains: float) -> Mode:
     """Return the steady line that takes most from the record within the width of the mains (Hann window)."""
-    omega = 2 * pi * (mains + np.linspace(-_MAINS_WIDTH, _MAINS_WIDTH, 41))
+    omega = 2 * pi * (mains + np.linspace(-MAINS_WIDTH, MAINS_WIDTH, 41))
     lines = np.exp(-1j * np.outer(omega, t)) @ (np.hanning(t.size) * (y - y.mean()))
     return Mode(float(omega[np.argmax(abs(lines))]), 0.0)
 

@@ -12,6 +12,7 @@ import numpy as np
 from metrology.coordinate import QUANTITIES
 from metrology.decay import DecayTest
 from metrology.decay.envelope import rates, suggested
+from metrology.decay.modes import MAINS_WIDTH
 from metrology.decay.separated import Separated
 from metrology.diagnosis import Diagnosis, Missing, Picture
 from metrology.diagnostics.candidate import DECAY as TABLE
@@ -40,6 +41,8 @@ OUTLASTS = 1 / 3
 USUAL = 1500
 """Readings of a motion with forces that take as long as a usual test of response, with their derivatives and the trial
 motions of a search between them: 60 ms."""
+HIGHEST = 0.9
+"""Part of half the sampling rate up to which a line is sought: beyond it, one is as well an alias of another."""
 OFF = 4.0
 """Ratio to m·ω² within which k lies: a law that bends a spring so far moves the frequency by half, which is seen."""
 BoolArray = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
@@ -173,7 +176,19 @@ class Decay:
         for name in LINES:
             sizes = [replace(one, unit=self.unit) if one.own else one for one in TABLE[name].parameters]
             found[name] = replace(TABLE[name], parameters=tuple(sizes))
+        *sizes, frequency = found["mains"].parameters
+        frequency = replace(frequency, apart=self._apart_at_mains())
+        found["mains"] = replace(found["mains"], parameters=(*sizes, frequency))
         return found
+
+    def _apart_at_mains(self) -> int:
+        """Frequencies about all multiples of the mains that the longest record tells apart."""
+        multiples = int(HIGHEST * 0.5 / self.records[0].step / self.test.mains)
+        return max(multiples, 1) * math.ceil(2 * self._about_mains() * self.longest)
+
+    def _about_mains(self) -> float:
+        """Half width / Hz of the band about a multiple of the mains in which a line is taken as theirs."""
+        return max(MAINS_WIDTH, 1.5 / self.longest)
 
     def trials(self, name: str, fit: Fit) -> Sequence[Trial]:
         """Shapes of a candidate; other oscillations where the residual spectrum shows them."""
@@ -202,10 +217,10 @@ class Decay:
             found = np.abs(np.fft.rfft(one.even(weight * residual), size)) ** 2 / float(weight @ weight)
             power += np.interp(grid, np.fft.rfftfreq(size, one.step), found)
         mains, width = self.test.mains, max(1 / longest, 0.3 * rate)
-        beside = np.abs(grid / mains - np.maximum(np.round(grid / mains), 1)) * mains < max(0.5, 1.5 / longest)
+        beside = np.abs(grid / mains - np.maximum(np.round(grid / mains), 1)) * mains < self._about_mains()
         every = np.asarray(grid, dtype=float)
         allowed = beside if hum else ~beside & ~self._is_own(every, rate, width) & ~self._makes(every)
-        allowed &= (grid > 2 * width) & (grid < 0.9 * grid[-1])
+        allowed &= (grid > 2 * width) & (grid < HIGHEST * grid[-1])
         return [float(grid[np.flatnonzero(allowed)[np.argmax(power[allowed])]])] if allowed.any() else []
 
     def families(self, fit: Fit) -> list[Direction]:

@@ -37,8 +37,9 @@ def price(candidate: Candidate, count: int, blocks: int) -> float:
     """Ln of what the parameters of an effect cost: each has a prior as wide as one reading determines it.
 
     Unit information, ½·ln n a parameter (Kass & Wasserman, J. Am. Stat. Assoc. 90 (1995) 928); 3/2·ln n for the
-    frequency of a line, whose information grows with n³ (Djurić, IEEE Trans. Signal Process. 44 (1996) 1744); ln of the
-    number of places for a shape that is tried place by place, or of which readings tell few values apart.
+    frequency of a line, whose information grows with n³ (Djurić, IEEE Trans. Signal Process. 44 (1996) 1744): n of them
+    are told apart, or fewer where it may lie in some bands only; ln of the number of places for a shape that is tried
+    place by place, or of which readings tell few values apart.
 
     Parameters
     ----------
@@ -55,8 +56,10 @@ def price(candidate: Candidate, count: int, blocks: int) -> float:
             total += math.log(max(min(size.high - size.low, count), 1.0))
         elif size.own:
             total += 0.5 * blocks * math.log(max(count / blocks, 2.0))
+        elif size.unit == "Hz":
+            total += one + math.log(size.apart or max(count, 2))
         else:
-            total += 3 * one if size.unit == "Hz" else min(math.log(size.apart), one) if size.apart else one
+            total += min(math.log(size.apart), one) if size.apart else one
     return total
 
 

@@ -230,6 +230,24 @@ def test_closed_form_a_gain_that_falls_in_proportion_to_time_is_damping():
 
 
 @pytest.mark.long
+@pytest.mark.parametrize("seed", [0, 2, 3])
+def test_planted_mains_in_short_records_are_named(seed):
+    """Of 0.9 s, which tell few frequencies apart about 50 Hz: 9 standard deviations in all, a phase in each record."""
+    rng = np.random.default_rng(seed)
+    t, sigma, fall, omega = np.arange(-0.05, 0.9, 5e-4), 2e-7, 9.0, 2 * math.pi * 23.6
+    free = np.maximum(t, 0.0)
+    swing = 4e-4 * np.exp(-fall * free) * (np.cos(omega * free) + fall / omega * np.sin(omega * free))
+    records, amplitude = [], 9.0 * sigma * math.sqrt(2 / (3 * np.count_nonzero(t >= 0)))
+    for at in range(3):
+        x = swing + sigma * rng.standard_normal(len(t))
+        x += amplitude * np.sin(2 * math.pi * 50.01 * t + rng.uniform(0, 6.28)) * (t >= 0)
+        records.append(Channel(f"record-{at}", t, x, "m"))
+    test = DecayTest("d", tuple(records), Input("d.mass", 1.194, unit="kg"), "k")
+    found = decay(test, rng=np.random.default_rng(0))
+    assert found.verdict == "explained"
+    assert [cause.effect for cause in found.causes if cause.verdict == "supported"] == ["mains"]
+
+
 def test_where_something_is_missing_for_certain_it_is_not_said_to_be_undecided():
     test, _ = decayed("spectra", 1, {"cubic": size_in_decay("cubic", 5.5)}, count=3)
     found = decay(test, rng=np.random.default_rng(1))

@@ -168,6 +168,8 @@ def test_closed_form_prices():
     own = Size("x.sin", "m", 0.0, -math.inf, math.inf, 1.0, own=True)
     assert price(sized(size), n, 2) == pytest.approx(0.5 * math.log(n))
     assert price(sized(size, line_of), n, 2) == pytest.approx(2.0 * math.log(n))
+    in_bands = replace(line_of, apart=27)
+    assert price(sized(size, in_bands), n, 2) == pytest.approx(math.log(n) + math.log(27))
     assert price(sized(size, place), n, 2) == pytest.approx(0.5 * math.log(n) + math.log(48))
     assert price(sized(own), n, 2) == pytest.approx(math.log(n / 2))
 
