@@ -394,6 +394,18 @@ def test_limit_a_crosshead_that_is_read_by_its_steps_is_no_time(tmp_path):
     assert check.passed, check.sentence
 
 
+@pytest.mark.parametrize("step", [0.2, 0.4])
+def test_limit_through_a_force_that_stays_the_same_no_line_is_drawn(tmp_path, step):
+    """A cell that is read in steps of a fifth of its range and more shows one of them over halves of what is tried."""
+    record = pull(Machine(), np.random.default_rng(9))
+    size = step * float(np.ptp(record["force"]))
+    record["force"] = size * np.round(record["force"] / size)
+    found = chain.evaluate(load(written(tmp_path, BOTH, {"a": record})))
+    k = next(one for one in found.results if one.name == "pull.k")
+    assert abs(k.value - Machine().EA / Machine().length) < 4 * k.u
+    assert any(not one.passed for one in found.tests[0].finding.checks)
+
+
 def test_law_a_crosshead_alone_bars_verdicts(tmp_path):
     found = chain.evaluate(load(written(tmp_path, ALONE, {"a": pull(CLEAN, np.random.default_rng(1))})))
     check = next(one for one in found.tests[0].finding.checks if one.name == "set-up compliance")

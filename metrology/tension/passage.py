@@ -120,7 +120,7 @@ def _longest(one: Mounting, tolerance: float) -> slice:
     force, reading = averaged(one.force[:rising], y[:rising], most=FINE)
     highest = np.maximum.accumulate(_smooth(force, len(force)))
     ends = np.searchsorted(highest, np.linspace(highest[0], highest[-1], PLACES + 1)).clip(0, len(force) - 1)
-    best, found = np.inf, slice(0, 0)
+    best, found = inf, slice(0, 0)
     for width in range(PLACES, int(SHORTEST * PLACES) - 1, -1):
         for first, last in zip(ends[: PLACES + 1 - width], ends[width:], strict=True):
             part = slice(int(first), int(last) + 1)
@@ -138,8 +138,14 @@ def _longest(one: Mounting, tolerance: float) -> slice:
 
 
 def _excess(force: Array, reading: Array, tolerance: float, unsure: float = UNSURE) -> float:
-    """What a bow is beyond `tolerance` and what noise excuses, or less known than `unsure`, over the range."""
-    line = slope(*averaged(force, reading, most=COARSE))
+    """What a bow is beyond `tolerance` and what noise excuses, or less known than `unsure`, over the range.
+
+    Infinite where the force stays the same: no line is drawn through that.
+    """
+    means = averaged(force, reading, most=COARSE)
+    if np.ptp(means[0]) == 0:
+        return inf
+    line = slope(*means)
     size = max(float(np.ptp(reading)), 1e-300)
     bow, known = abs(line.bow) / size, 2 * line.bow_u / size
     return max(bow - min(known, excused(force, reading, tolerance)), known - unsure) - tolerance
