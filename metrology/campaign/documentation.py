@@ -14,6 +14,7 @@ from metrology.campaign.schema import Campaign, MonteCarlo
 from metrology.declaration import branding, component, conduct, declared, fits, identity, quantity, readings, signatures
 from metrology.declaration.component import BOUNDED, WIDTHS
 from metrology.declaration.entry import Entry
+from metrology.declaration.samples import Ellipse, GivenArea, Round, Sample, Tape
 from metrology.methods import METHODS
 from metrology.readings.binding import MAX_ROWS, MAX_TEXT_ROWS
 from metrology.readings.packed import MAX_BYTES
@@ -31,7 +32,7 @@ _SECTIONS: tuple[tuple[str, tuple[type[Entry], ...]], ...] = (
     ),
     ("`branding`", (branding.Branding, branding.Accreditation)),
     ("`instruments`", (identity.Instrument, identity.Certificate, identity.Correction)),
-    ("`samples`", (identity.Sample, identity.Round, identity.Ellipse, identity.Tape, identity.GivenArea)),
+    ("`samples`", (Sample, Round, Ellipse, Tape, GivenArea)),
     ("`tests`", (conduct.Environment, conduct.Exclusion)),
     *((f"`tests`: method `{name}`", (method.test, *method.entries)) for name, method in METHODS.items()),
     ("`readings`", (readings.Readings, readings.ColumnOf, readings.Sampling)),

@@ -56,8 +56,9 @@ from metrology.declaration.component import StatedCause
 from metrology.declaration.declared import Anomaly, Assumption, Listed, Opinion, Provided, StatedDocument
 from metrology.declaration.entry import Entry
 from metrology.declaration.fits import Correlation, Ensemble, Fit
-from metrology.declaration.identity import Instrument, Party, Report, Sample
+from metrology.declaration.identity import Instrument, Party, Report
 from metrology.declaration.quantity import Mass, Stated
+from metrology.declaration.samples import Sample
 from metrology.declaration.scalars import Filled, Id, Integer, Probability, SymbolTable, Table, Text, ranged
 from metrology.methods import METHODS
 

@@ -34,9 +34,10 @@ if TYPE_CHECKING:
     from metrology.campaign.schema import Campaign
     from metrology.declaration.conduct import Exclusion, Test
     from metrology.declaration.declared import Assumption as StatedAssumption
-    from metrology.declaration.identity import Instrument, Sample
+    from metrology.declaration.identity import Instrument
     from metrology.declaration.identity import Party as StatedParty
     from metrology.declaration.quantity import Stated
+    from metrology.declaration.samples import Sample
     from metrology.diagnosis import Diagnosis
 
 LISTS = ("provided", "deviations", "opinions", "anomalies", "assumptions", "documents")
