@@ -1,7 +1,7 @@
 """Method `response`: a module on the line, its motion, and the model judged by runs that were kept out of the fit.
 
-`schema`, `known` and `units` are its part of the campaign file, `checks` what must hold there; `runs`, `preparation` and `evaluation`
-hand a test to the analysis, and are the only ones that need the rig.
+`schema`, `known` and `units` are its part of the campaign file, `checks` what must hold there; `runs`, `preparation`
+and `evaluation` hand a test to the analysis, and are the only ones that need the rig.
 """
 
 from __future__ import annotations
