@@ -8,14 +8,38 @@ from math import sqrt
 from typing import Annotated, Any, Literal
 
 from metrology.coordinate import Coordinate
+from metrology.diagnosis.discrepancy import Discrepancy, Explanation, Judgement
+from metrology.diagnosis.picture import Curve, Floats, Picture, Role
 from metrology.doc import Doc
 
-Floats = tuple[float, ...]
+__all__ = [
+    "Cause",
+    "Curve",
+    "Detectable",
+    "Diagnosis",
+    "Discrepancy",
+    "Explanation",
+    "Floats",
+    "Gain",
+    "Judgement",
+    "Missing",
+    "Part",
+    "Picture",
+    "Remainder",
+    "Role",
+    "Separation",
+    "Shift",
+    "Source",
+    "Support",
+    "Supported",
+    "Test",
+    "Value",
+    "Verdict",
+]
+
 Verdict = Literal[
     "nothing missing", "explained", "explained in the main", "ambiguous", "unexplained", "not testable", "not finished"
 ]
-Role = Literal["measured", "before", "after", "limit"]
-Judgement = Literal["allowed", "against what is stated", "against these data"]
 Support = Literal["supported", "indistinguishable", "not supported", "not testable"]
 
 
@@ -160,82 +184,6 @@ class Remainder:
     size: Annotated[float | None, Doc("Root mean square of the unlisted law, in SI; null where none describes it.")]
     unit: Annotated[str, Doc("SI unit of the size.")]
     law: Annotated[str, Doc("The law: a force or a reading, and of what it is a function.")]
-
-
-@dataclass(frozen=True)
-class Curve:
-    """Points of a picture, with the standard uncertainty of each where they are means.
-
-    `role`: whether it shows what was measured, residuals of the model before or after the extension, or a limit.
-    """
-
-    name: Annotated[str, Doc("Name.")]
-    role: Role
-    x: Annotated[Floats, Doc("Values along the abscissa.")]
-    y: Annotated[Floats, Doc("Values along the ordinate.")]
-    u: Annotated[Floats, Doc("Standard uncertainty, in SI.")] = ()
-
-
-@dataclass(frozen=True)
-class Picture:
-    """What makes a cause visible: a few curves over one quantity.
-
-    `key`: what is drawn, one word to a kind of picture; `joined`: lines rather than points; `logarithmic`: which
-    axes; `sentence`: how to read it.
-    """
-
-    key: str
-    title: Annotated[str, Doc("Title as the report prints it.")]
-    x: Annotated[str, Doc("Values along the abscissa.")]
-    x_unit: Annotated[str, Doc("Unit of x.")]
-    y: Annotated[str, Doc("Values along the ordinate.")]
-    y_unit: Annotated[str, Doc("Unit of y.")]
-    curves: Annotated[tuple[Curve, ...], Doc("The curves of the picture.")]
-    sentence: str
-    joined: bool = False
-    logarithmic: Literal["no", "x", "both"] = "no"
-
-
-@dataclass(frozen=True)
-class Explanation:
-    """One cause that could part a result from its reference: what it would have to be, and whether that can be.
-
-    `needed` in `unit`, with its standard uncertainty; `tension`: that over what is known, in standard uncertainties,
-    None where nothing is known; `measurement`, `power`: what would decide, and how far it would show the needed size.
-    """
-
-    cause: Annotated[str, Doc("The cause, by its name in the table.")]
-    title: Annotated[str, Doc("Title as the report prints it.")]
-    needed: float
-    needed_u: Annotated[float, Doc("Standard uncertainty of the needed size.")]
-    unit: str
-    judgement: Annotated[Judgement, Doc("Whether it can be the cause.")]
-    tension: float | None
-    evidence: Annotated[tuple[str, ...], Doc("What speaks for or against it, each a sentence.")]
-    measurement: str
-    power: str
-    sentence: Annotated[str, Doc("The same in words.")]
-
-
-@dataclass(frozen=True)
-class Discrepancy:
-    """A result beside its reference, and every cause that could part them, those that can be first.
-
-    `ratio`: result over reference, with its standard uncertainty; `normalised`: E_n of ISO 13528, with U = 2u, None
-    where nothing was stated of either.
-    """
-
-    quantity: Annotated[str, Doc("Symbol: k, E, c, zeta, omega_n, or the name that the campaign gives.")]
-    value: Annotated[float, Doc("Value, in SI.")]
-    u: Annotated[float, Doc("Standard uncertainty, in SI.")]
-    reference: Annotated[float, Doc("The reference value.")]
-    reference_u: Annotated[float | None, Doc("Its standard uncertainty; null where none is stated.")]
-    source: Annotated[str, Doc("Where it comes from.")]
-    ratio: float
-    ratio_u: Annotated[float, Doc("Standard uncertainty of the ratio.")]
-    normalised: float | None
-    explanations: Annotated[tuple[Explanation, ...], Doc("Every cause that could part them, those that can be first.")]
-    sentence: Annotated[str, Doc("The same in words.")]
 
 
 @dataclass(frozen=True)
