@@ -13,8 +13,9 @@ import numpy as np
 from metrology.language.display import number, scale
 from metrology.message import said
 from metrology.report.figures import models, response
+from metrology.report.figures.marks import Mark
 from metrology.report.figures.shapes import Pen
-from metrology.report.figures.sketch import Mark, Sketch
+from metrology.report.figures.sketch import Sketch
 from metrology.report.figures.style import BLUE, FULL, GREY, NAMES, ORANGE, Plot, plain
 
 if TYPE_CHECKING:
