@@ -22,7 +22,7 @@ def fix(path: Path) -> str:
         Where the file cannot be read or written.
     """
     from metrology.campaign.load import faults
-    from metrology.declaration import document, fixes, source_text
+    from metrology.declaration import fixes, source_text
     from metrology.report import staging
 
     raw = source_text.read_raw(path)
