@@ -10,10 +10,11 @@ from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
 from metrology.campaign import diagnosis, judgement
-from metrology.campaign.schema import Campaign, MonteCarlo
+from metrology.campaign.schema import Campaign
 from metrology.declaration import branding, component, conduct, declared, fits, identity, quantity, readings, signatures
 from metrology.declaration.component import BOUNDED, WIDTHS
 from metrology.declaration.entry import Entry
+from metrology.declaration.monte_carlo import MonteCarlo
 from metrology.declaration.samples import Ellipse, GivenArea, Round, Sample, Tape
 from metrology.methods import METHODS
 from metrology.readings.binding import MAX_ROWS, MAX_TEXT_ROWS
