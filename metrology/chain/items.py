@@ -23,7 +23,7 @@ from metrology.findings import (
     Signatory,
     TestItem,
 )
-from metrology.gum.output import probability
+from metrology.gum.printed_probability import probability
 from metrology.gum.rounding import significant
 from metrology.identification import Brand, Image
 from metrology.message import said

@@ -266,7 +266,7 @@ def chance(probability: float, resolution: float = 0.0) -> str:
     if probability > 0.9995 - 1e-12:
         return "> 99.9 %"
     if probability < max(LEAST, resolution):
-        from metrology.gum.output import probability as bounded
+        from metrology.gum.printed_probability import probability as bounded
 
         return bounded(probability, resolution)
     if probability < 1e-4:
