@@ -1,4 +1,4 @@
-"""The x of a new y: with its u, as an equation for the law and for draws, and the interval of Fieller for a straight line."""
+"""The x of a new y: with its u, as an equation for the law and for draws, and Fieller's interval for a line."""
 
 from __future__ import annotations
 
