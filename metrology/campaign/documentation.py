@@ -13,6 +13,7 @@ from metrology.campaign import diagnosis, judgement
 from metrology.campaign.schema import Campaign
 from metrology.declaration import branding, component, conduct, declared, fits, identity, quantity, readings, signatures
 from metrology.declaration.component import BOUNDED, WIDTHS
+from metrology.declaration.ensembles import Ensemble
 from metrology.declaration.entry import Entry
 from metrology.declaration.monte_carlo import MonteCarlo
 from metrology.declaration.samples import Ellipse, GivenArea, Round, Sample, Tape
@@ -38,7 +39,7 @@ _SECTIONS: tuple[tuple[str, tuple[type[Entry], ...]], ...] = (
     *((f"`tests`: method `{name}`", (method.test, *method.entries)) for name, method in METHODS.items()),
     ("`readings`", (readings.Readings, readings.ColumnOf, readings.Sampling)),
     ("`masses`", ()),
-    ("`ensembles`", (fits.Ensemble,)),
+    ("`ensembles`", (Ensemble,)),
     ("`causes`", (component.StatedCause,)),
     ("`correlations`", (fits.Correlation,)),
     ("`fits`", (fits.Fit, fits.Axis, fits.Scatter, fits.PointCorrelation, fits.Model, fits.Prediction)),

@@ -54,8 +54,9 @@ from metrology.campaign.judgement import Audit, Comparison, Derived, Requirement
 from metrology.declaration.branding import Branding
 from metrology.declaration.component import StatedCause
 from metrology.declaration.declared import Anomaly, Assumption, Listed, Opinion, Provided, StatedDocument
+from metrology.declaration.ensembles import Ensemble
 from metrology.declaration.entry import Entry
-from metrology.declaration.fits import Correlation, Ensemble, Fit
+from metrology.declaration.fits import Correlation, Fit
 from metrology.declaration.identity import Instrument, Party, Report
 from metrology.declaration.quantity import Mass, Stated
 from metrology.declaration.samples import Sample
