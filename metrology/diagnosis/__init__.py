@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from math import sqrt
 from typing import Annotated, Any, Literal
 
 from metrology.coordinate import Coordinate
 from metrology.diagnosis.discrepancy import Discrepancy, Explanation, Judgement
-from metrology.diagnosis.picture import Curve, Floats, Picture, Role
+from metrology.diagnosis.supported import Floats, Source, Supported
 from metrology.doc import Doc
 
 __all__ = [
@@ -40,6 +39,7 @@ __all__ = [
 Verdict = Literal[
     "nothing missing", "explained", "explained in the main", "ambiguous", "unexplained", "not testable", "not finished"
 ]
+Role = Literal["measured", "before", "after", "limit"]
 Support = Literal["supported", "indistinguishable", "not supported", "not testable"]
 
 
@@ -187,43 +187,37 @@ class Remainder:
 
 
 @dataclass(frozen=True)
-class Source:
-    """A part of the covariance of several values with one cause: columns·columnsᵀ.
+class Curve:
+    """Points of a picture, with the standard uncertainty of each where they are means.
 
-    `kind`: scatter of the readings; what is not known of the effects; a stated input, which acts on all blocks alike
-    and whose sign is kept; one that varies from run to run; what no model explains; the difference between models
-    that cannot be told apart.
+    `role`: whether it shows what was measured, residuals of the model before or after the extension, or a limit.
     """
 
-    name: Annotated[str, Doc("Name: the readings, or a stated input.")]
-    kind: Literal["readings", "effects", "common", "per run", "inadequacy", "models"]
-    columns: Annotated[tuple[Floats, ...], Doc("A row for each value; their products are its covariance.")]
-    mean: Annotated[float, Doc("What is stated of a stated input, in SI.")] = 0.0
-    u: Annotated[float, Doc("Standard uncertainty of a stated input, in SI.")] = 0.0
-    unit: Annotated[str, Doc("SI unit of a stated input.")] = "1"
-    dof: Annotated[float | None, Doc("Degrees of freedom; null where infinite.")] = None
+    name: Annotated[str, Doc("Name.")]
+    role: Role
+    x: Annotated[Floats, Doc("Values along the abscissa.")]
+    y: Annotated[Floats, Doc("Values along the ordinate.")]
+    u: Annotated[Floats, Doc("Standard uncertainty, in SI.")] = ()
 
 
 @dataclass(frozen=True)
-class Supported:
-    """Joint distribution of what all blocks share, under the models that the data support.
+class Picture:
+    """What makes a cause visible: a few curves over one quantity.
 
-    One model, or the mean over those that the data cannot tell apart, each as probable as its evidence says. `stated`:
-    the same by the model as stated, on the same data with the same noise; NaN where that does not have it.
+    `key`: what is drawn, one word to a kind of picture; `joined`: lines rather than points; `logarithmic`: which
+    axes; `sentence`: how to read it.
     """
 
-    names: Annotated[tuple[str, ...], Doc("Parameters, by name.")]
-    units: Annotated[tuple[str, ...], Doc("Their SI units.")]
-    values: Annotated[Floats, Doc("Estimates.")]
-    sources: Annotated[tuple[Source, ...], Doc("Their covariance, by cause.")]
-    stated: Annotated[Floats, Doc("Estimates by the model as stated.")]
-    stated_u: Annotated[Floats, Doc("Their standard uncertainties.")]
-
-    @property
-    def u(self) -> Floats:
-        """Standard uncertainty of every value."""
-        squares = [[x * x for part in self.sources for x in part.columns[at]] for at in range(len(self.names))]
-        return tuple(sqrt(sum(row)) for row in squares)
+    key: str
+    title: Annotated[str, Doc("Title as the report prints it.")]
+    x: Annotated[str, Doc("Values along the abscissa.")]
+    x_unit: Annotated[str, Doc("Unit of x.")]
+    y: Annotated[str, Doc("Values along the ordinate.")]
+    y_unit: Annotated[str, Doc("Unit of y.")]
+    curves: Annotated[tuple[Curve, ...], Doc("The curves of the picture.")]
+    sentence: str
+    joined: bool = False
+    logarithmic: Literal["no", "x", "both"] = "no"
 
 
 @dataclass(frozen=True)
