@@ -79,6 +79,16 @@ class Document:
 
 
 @dataclass(frozen=True)
+class InputFile:
+    """A file that went in, with its hash."""
+
+    path: Annotated[str, Doc("Path, seen from the campaign's folder.")]
+    sha256: Annotated[str, Doc("SHA-256 of the content, hexadecimal.")]
+    bytes: Annotated[int, Doc("Length.")]
+    attached: Annotated[bool, Doc("Whether the report carries it, and not its hash alone.")] = True
+
+
+@dataclass(frozen=True)
 class Assumption:
     """An assumption or a constraint."""
 

@@ -19,7 +19,7 @@ LAYERS = (
     {"language"},
     {"checklist", "published"},
     {"findings"},
-    {"identification", "tested"},
+    {"identification", "judged", "tested"},
     {"campaign"},
     {"methods"},
     {"method", "readings"},

@@ -19,8 +19,8 @@ import rig_folder
 
 from metrology import chain, units
 from metrology.campaign.documentation import reference
+from metrology.campaign.json_schema import schema
 from metrology.campaign.load import load
-from metrology.campaign.schema import schema
 from metrology.errors import Fault, MetrologyError
 from metrology.findings import TestItem
 from metrology.findings import json_schema as results_schema

@@ -1,5 +1,5 @@
 """The declarative campaign file and its data: schema, strict loading, checks.
 
-`load.load(path)` returns a `schema.Campaign`, `schema.schema_json()` its JSON Schema, `documentation.reference()` the
-documentation of the file, and `starter.create(name, folder)` writes a starter campaign.
+`load.load(path)` returns a `schema.Campaign`, `json_schema.schema_json()` its JSON Schema, `documentation.reference()`
+the documentation of the file, and `starter.create(name, folder)` writes a starter campaign.
 """

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import re
 import xml.etree.ElementTree as ET
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from decimal import Decimal
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 from metrology import units
+from metrology.campaign.certified import DCC, SI, Stated, quantities, text_at
 from metrology.campaign.readings import inside
 from metrology.declaration.columns import SourceFile, source_file
 from metrology.declaration.document import Document
@@ -23,43 +21,7 @@ from metrology.units.vocabularies import from_dsi
 
 MAX_BYTES = 8 * 1024 * 1024
 SUFFIX = ".xml"
-DCC, SI = "{https://ptb.de/dcc}", "{https://ptb.de/si}"
 ITEMS = f"{DCC}administrativeData/{DCC}items/{DCC}item"
-_READ, _TRUE = ("basic_indicatedValue", "basic_measuredValue"), "basic_referenceValue"
-_POINTS = (*_READ, _TRUE, "basic_nominalValue", "basic_arithmeticMean")
-"""`refType` of the quantity beside an uncertainty that says at which readings it was found (PTB, DCC good practice)."""
-_ERROR = re.compile("error|correction|messabweichung|korrektion", re.IGNORECASE)
-"""What the name of a quantity holds whose values are errors of indication, or corrections: `basic_measurementError`."""
-
-
-@dataclass(frozen=True)
-class Stated:
-    """A quantity of a certificate: how it is called, its values, expanded uncertainties and factors, and its unit.
-
-    `points`: the readings at which it was found; `errors`: what the instrument was found to be off there.
-    """
-
-    names: tuple[str, ...]
-    values: tuple[str, ...]
-    uncertainties: tuple[str, ...]
-    factors: tuple[str, ...]
-    unit: str
-    points: tuple[str, ...] = ()
-    errors: tuple[Decimal, ...] = ()
-    probability: str = ""
-
-    def off(self) -> str:
-        """The largest error that is beyond its U, in words; empty where none is."""
-        spread = [Decimal(one) for one in self.uncertainties] * (1 if len(self.uncertainties) > 1 else len(self.errors))
-        beyond = [at for at, error in enumerate(self.errors) if abs(error) > spread[at]]
-        if not beyond:
-            return ""
-        most = max(beyond, key=lambda at: abs(self.errors[at]))
-        known = {"error": str(self.errors[most]), "most": str(spread[most]), "unit": self.unit}
-        if not self.points:
-            return said("an error of {error:figures} {unit}, beyond its U = {most:figures} {unit}", **known)
-        text = "an error of {error:figures} {unit} at {point:figures} {unit}, beyond its U = {most:figures} {unit}"
-        return said(text, point=self.points[most], **known)
 
 
 def read_certificates(document: Document) -> tuple[list[Refusal], list[Fault], tuple[SourceFile, ...], list[str]]:
@@ -148,7 +110,7 @@ def _contradictions(place: tuple[str, ...], entry: Mapping[str, Any], found: Map
 def _of_another(name: str, serial: str, root: ET.Element) -> Iterator[Refusal]:
     """The certificate of another instrument: what its manufacturer calls it is not the serial number that is stated."""
     given = root.iterfind(f"{ITEMS}/{DCC}identifications/{DCC}identification")
-    known = [_text(one, f"{DCC}value") for one in given if _text(one, f"{DCC}issuer") == "manufacturer"]
+    known = [text_at(one, f"{DCC}value") for one in given if text_at(one, f"{DCC}issuer") == "manufacturer"]
     if serial and any(known) and serial.casefold() not in map(str.casefold, known):
         expected = f"{' or '.join(map(repr, filter(None, known)))}, as the certificate has it"
         fix = "name the certificate of this instrument, or correct its serial number"
@@ -185,14 +147,14 @@ def _said(path: Path, root: ET.Element, wanted: str) -> tuple[dict[str, Any], st
     """Keys of a certificate's entry in a campaign file, as texts; and the error that it states beyond its U."""
     core = f"{DCC}administrativeData/{DCC}coreData/{DCC}"
     found: dict[str, Any] = {
-        "number": _text(root, f"{core}uniqueIdentifier"),
-        "date": _text(root, f"{core}endPerformanceDate")[:10] or _text(root, f"{core}beginPerformanceDate")[:10],
-        "laboratory": _text(
+        "number": text_at(root, f"{core}uniqueIdentifier"),
+        "date": text_at(root, f"{core}endPerformanceDate")[:10] or text_at(root, f"{core}beginPerformanceDate")[:10],
+        "laboratory": text_at(
             root, f"{DCC}administrativeData/{DCC}calibrationLaboratory/{DCC}contact/{DCC}name/{DCC}content"
         ),
         "conditions": _conditions(root),
     }
-    stated = _chosen(path, list(_quantities(root)), wanted)
+    stated = _chosen(path, list(quantities(root)), wanted)
     largest = max(range(len(stated.uncertainties)), key=lambda index: float(stated.uncertainties[index]))
     found["expanded_uncertainty"] = f"{_plain(stated.uncertainties[largest])} {stated.unit}".removesuffix(" 1")
     found["k"] = _plain(stated.factors[min(largest, len(stated.factors) - 1)])
@@ -217,90 +179,17 @@ def _freedom(k: float, probability: float) -> str:
     return f"{brentq(beyond, 1, 999):.3g}" if beyond(1) > 0 > beyond(999) else ""
 
 
-def _text(root: ET.Element, path: str) -> str:
-    return " ".join((root.findtext(path) or "").split())
-
-
 def _conditions(root: ET.Element) -> str:
     """Conditions in words, each with its value where it has one."""
     texts = []
     for one in root.iter(f"{DCC}influenceCondition"):
-        name = _text(one, f"{DCC}name/{DCC}content")
+        name = text_at(one, f"{DCC}name/{DCC}content")
         real = next(one.iter(f"{SI}real"), None)
-        value = _text(one, f".//{DCC}text/{DCC}content")
+        value = text_at(one, f".//{DCC}text/{DCC}content")
         if real is not None:
-            value = f"{_text(real, f'{SI}value')} {from_dsi(_text(real, f'{SI}unit'))}"
+            value = f"{text_at(real, f'{SI}value')} {from_dsi(text_at(real, f'{SI}unit'))}"
         texts.append(f"{name} {value}".strip() if not value.startswith(name) else value)
     return "; ".join(dict.fromkeys(filter(None, texts)))
-
-
-def _quantities(root: ET.Element) -> Iterator[Stated]:
-    """Every quantity of the results with an expanded uncertainty; in a list, with the points beside it."""
-    for data in root.iterfind(f".//{DCC}measurementResults//{DCC}data"):
-        for group in (data, *data.iter(f"{DCC}list")):
-            members = group.findall(f"{DCC}quantity")
-            for one in members:
-                if (stated := _stated(one)) is not None:
-                    yield _with_points(stated, one, members)
-
-
-def _with_points(stated: Stated, one: ET.Element, members: Sequence[ET.Element]) -> Stated:
-    """The quantity with the readings at which it was found, and the errors there: its own, or of one beside it."""
-    beside: dict[str, tuple[str, ...]] = {}
-    errors: tuple[str, ...] = ()
-    for other in (one, *members):
-        real = _real(other)
-        values = _list(real, "value") if real is not None else ()
-        if real is None or from_dsi(_unit(real)) != stated.unit or len(values) != len(stated.values):
-            continue
-        if any(map(_ERROR.search, _names(other))):
-            errors = errors or values
-        for name in other.get("refType", "").split():
-            beside.setdefault(name, values)
-    points = next((beside[name] for name in _POINTS if name in beside), ())
-    read = next((beside[name] for name in _READ if name in beside), ())
-    off = zip(read, beside.get(_TRUE, ()), strict=False)
-    found = tuple(map(Decimal, errors)) or tuple(Decimal(one) - Decimal(true) for one, true in off)
-    return replace(stated, points=points, errors=found)
-
-
-def _names(one: ET.Element) -> tuple[str, ...]:
-    """How a quantity is called: name, id and types."""
-    names = (_text(one, f"{DCC}name/{DCC}content"), one.get("id", ""), *one.get("refType", "").split())
-    return tuple(filter(None, names))
-
-
-def _real(one: ET.Element) -> ET.Element | None:
-    return next((real for name in ("real", "realListXMLList") for real in one.iter(f"{SI}{name}")), None)
-
-
-def _unit(real: ET.Element) -> str:
-    return (_text(real, f"{SI}unit") or _text(real, f"{SI}unitXMLList")).partition(" ")[0]
-
-
-def _list(real: ET.Element, *names: str) -> tuple[str, ...]:
-    """Numbers of an element by one of its names, alone or as a list; all of them decimal numbers, else none."""
-    for element in real.iter():
-        if element.tag.removeprefix(SI).removesuffix("XMLList") in names:
-            words = tuple((element.text or "").split())
-            try:
-                return words if all(abs(float(word)) < 1e75 for word in words) else ()
-            except ValueError:
-                return ()
-    return ()
-
-
-def _stated(one: ET.Element) -> Stated | None:
-    real = _real(one)
-    if real is None:
-        return None
-    values, factors = _list(real, "value"), _list(real, "coverageFactor")
-    uncertainties = _list(real, "uncertainty", "valueExpandedMU")
-    unit = from_dsi(_unit(real))
-    if not (values and uncertainties and factors and unit) or len(uncertainties) not in (1, len(values)):
-        return None
-    probability = next(iter(_list(real, "coverageProbability")), "")
-    return Stated(_names(one), values, uncertainties, factors, unit, probability=probability)
 
 
 def _chosen(path: Path, found: list[Stated], wanted: str) -> Stated:

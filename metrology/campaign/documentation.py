@@ -10,10 +10,13 @@ from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
 from metrology.campaign import diagnosis, judgement
-from metrology.campaign.schema import Campaign, MonteCarlo
+from metrology.campaign.schema import Campaign
 from metrology.declaration import branding, component, conduct, declared, fits, identity, quantity, readings, signatures
 from metrology.declaration.component import BOUNDED, WIDTHS
+from metrology.declaration.ensembles import Ensemble
 from metrology.declaration.entry import Entry
+from metrology.declaration.monte_carlo import MonteCarlo
+from metrology.declaration.samples import Ellipse, GivenArea, Round, Sample, Tape
 from metrology.methods import METHODS
 from metrology.readings.binding import MAX_ROWS, MAX_TEXT_ROWS
 from metrology.readings.packed import MAX_BYTES
@@ -31,12 +34,12 @@ _SECTIONS: tuple[tuple[str, tuple[type[Entry], ...]], ...] = (
     ),
     ("`branding`", (branding.Branding, branding.Accreditation)),
     ("`instruments`", (identity.Instrument, identity.Certificate, identity.Correction)),
-    ("`samples`", (identity.Sample, identity.Round, identity.Ellipse, identity.Tape, identity.GivenArea)),
+    ("`samples`", (Sample, Round, Ellipse, Tape, GivenArea)),
     ("`tests`", (conduct.Environment, conduct.Exclusion)),
     *((f"`tests`: method `{name}`", (method.test, *method.entries)) for name, method in METHODS.items()),
     ("`readings`", (readings.Readings, readings.ColumnOf, readings.Sampling)),
     ("`masses`", ()),
-    ("`ensembles`", (fits.Ensemble,)),
+    ("`ensembles`", (Ensemble,)),
     ("`causes`", (component.StatedCause,)),
     ("`correlations`", (fits.Correlation,)),
     ("`fits`", (fits.Fit, fits.Axis, fits.Scatter, fits.PointCorrelation, fits.Model, fits.Prediction)),

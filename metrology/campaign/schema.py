@@ -1,4 +1,4 @@
-"""The campaign file as a whole; its JSON Schema.
+"""The campaign file as a whole.
 
 Attributes of a loaded `Campaign` (all frozen; mappings keep the order of the file)::
 
@@ -45,7 +45,7 @@ from __future__ import annotations
 from functools import reduce
 from operator import or_
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field, PrivateAttr
 
@@ -54,11 +54,13 @@ from metrology.campaign.judgement import Audit, Comparison, Derived, Requirement
 from metrology.declaration.branding import Branding
 from metrology.declaration.component import StatedCause
 from metrology.declaration.declared import Anomaly, Assumption, Listed, Opinion, Provided, StatedDocument
+from metrology.declaration.ensembles import Ensemble
 from metrology.declaration.entry import Entry
-from metrology.declaration.fits import Correlation, Ensemble, Fit
-from metrology.declaration.identity import Instrument, Party, Report, Sample
+from metrology.declaration.fits import Correlation, Fit
+from metrology.declaration.identity import Instrument, Party, Report
 from metrology.declaration.quantity import Mass, Stated
-from metrology.declaration.scalars import Filled, Id, Integer, Probability, SymbolTable, Table, Text, ranged
+from metrology.declaration.samples import Sample
+from metrology.declaration.scalars import Filled, Id, Integer, Probability, SymbolTable, Table, Text
 from metrology.methods import METHODS
 
 if TYPE_CHECKING:
@@ -75,28 +77,9 @@ if TYPE_CHECKING:
 if not TYPE_CHECKING:
     AnyTest = Annotated[reduce(or_, (method.test for method in METHODS.values())), Field(discriminator="method")]
     """A test by any of the methods, which its key `method` names."""
+from metrology.declaration.monte_carlo import MonteCarlo
+
 FORMAT = "metrology-campaign/1"
-TITLE = "Campaign file of the metrology package"
-
-
-Digits = Annotated[Integer, ranged(1, 4, "1, 2, 3 or 4 significant digits of u", closed=True)]
-Trials = Annotated[Integer, ranged(1000, 10**7, "1000 to 10000000 trials", closed=True)]
-
-
-class MonteCarlo(Entry):
-    """How far the Monte Carlo evaluation goes (JCGM 101:2008, 7.9)."""
-
-    digits: Digits = Field(
-        default=2,
-        description="Significant digits of u to which results and intervals are made stable, 1 to 4.",
-        examples=["3"],
-    )
-    max_trials: Trials = Field(
-        default=1000000,
-        description="Trials after which it stops, 1000 to 10000000; the report says whether it was stable. At most "
-        "10⁴/(1 − p) where the parameters of a curve are drawn: each trial is a fit.",
-        examples=["10000000"],
-    )
 
 
 class Campaign(Entry):
@@ -313,16 +296,3 @@ class Campaign(Entry):
     def at(self, *place: Key) -> str:
         """Where an entry stands: ``campaign.yaml:14:9 tests.a.loads.A``."""
         return self._document.at(*place) if self._document else ""
-
-
-def schema() -> dict[str, Any]:
-    """Return the JSON Schema of campaign files."""
-    body = Campaign.model_json_schema()
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **body, "title": TITLE}
-
-
-def schema_json() -> str:
-    """Return the JSON Schema of campaign files as text: `docs/campaign.schema.json`."""
-    import json
-
-    return json.dumps(schema(), indent=1, ensure_ascii=False, sort_keys=False) + "\n"

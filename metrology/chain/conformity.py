@@ -16,7 +16,7 @@ from metrology.findings import Conformity, Withheld
 from metrology.gum.conformity import decide
 from metrology.gum.evaluation import Estimate, Measurand
 from metrology.gum.guard_bands import Rule, rule_risk
-from metrology.gum.output import probability
+from metrology.gum.printed_probability import probability
 from metrology.gum.risk import Limits, Prior
 from metrology.message import said
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from metrology.findings import TakenAsExact
 from metrology.gum.distributions import Normal
 from metrology.gum.inputs import Component
-from metrology.gum.law import linearise
+from metrology.gum.linear import linearise
 from metrology.gum.rounding import readable
 from metrology.message import said
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 from metrology.chain.contradictions import contradictions
 from metrology.chain.doubt import Doubt, with_acceptance
-from metrology.gum.output import probability
 from metrology.gum.points import REFUTED
+from metrology.gum.printed_probability import probability
 from metrology.gum.rounding import readable, significant
 from metrology.message import counted, said
 

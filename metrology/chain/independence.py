@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from scipy.special import betainc, ndtr
 
-from metrology.gum.output import probability
+from metrology.gum.printed_probability import probability
 from metrology.message import said
 from metrology.raw import CHANCE, JUMP, SAME, again, divisor, updated
 from metrology.timeseries import Floats

@@ -23,7 +23,7 @@ from metrology.findings import (
     Signatory,
     TestItem,
 )
-from metrology.gum.output import probability
+from metrology.gum.printed_probability import probability
 from metrology.gum.rounding import significant
 from metrology.identification import Brand, Image
 from metrology.message import said
@@ -34,9 +34,10 @@ if TYPE_CHECKING:
     from metrology.campaign.schema import Campaign
     from metrology.declaration.conduct import Exclusion, Test
     from metrology.declaration.declared import Assumption as StatedAssumption
-    from metrology.declaration.identity import Instrument, Sample
+    from metrology.declaration.identity import Instrument
     from metrology.declaration.identity import Party as StatedParty
     from metrology.declaration.quantity import Stated
+    from metrology.declaration.samples import Sample
     from metrology.diagnosis import Diagnosis
 
 LISTS = ("provided", "deviations", "opinions", "anomalies", "assumptions", "documents")

@@ -25,7 +25,7 @@ from metrology.units import convert, si_unit
 
 if TYPE_CHECKING:
     from metrology.campaign.schema import Campaign
-    from metrology.declaration import fits
+    from metrology.declaration import ensembles
 
 
 def _property(key: str, sample: str) -> str:
@@ -135,7 +135,7 @@ def _add_groups(plan: Plan, campaign: Campaign, name: str) -> None:
 
 
 def _suspect(
-    plan: Plan, ensemble: fits.Ensemble, member: str, values: Any, found: Iterator[str], u: float = 1.0
+    plan: Plan, ensemble: ensembles.Ensemble, member: str, values: Any, found: Iterator[str], u: float = 1.0
 ) -> None:
     """Note what forbids that readings are taken as they stand; `u`: their scatter, zero of groups that are alike."""
     faults = tuple(found)
@@ -190,7 +190,7 @@ def value_of(name: str) -> Callable[[Mapping[str, Any]], Any]:
     return lambda namespace: namespace[name]
 
 
-def _member(ensemble: fits.Ensemble, member: str, mean: float, unit: str) -> Input:
+def _member(ensemble: ensembles.Ensemble, member: str, mean: float, unit: str) -> Input:
     """Return a mean as the file would state it, with the components that the file adds to those of the readings."""
     value = f"{convert(mean, unit)!r} {unit}" if unit != "1" else repr(mean)
     stated = Stated.model_validate({"value": value, "uncertainty": ensemble.uncertainty.get(member, ())})

@@ -87,7 +87,7 @@ def standing(plan: Plan, evaluation: Evaluation, *, probability: float = 0.95, s
 
 def _reads(*plans: Plan) -> dict[str, frozenset[str]]:
     """By result: itself and all that it is made of, by the model that the data support and by the one as stated."""
-    from metrology.gum.law import Namespace
+    from metrology.gum.linear import Namespace
 
     found: dict[str, frozenset[str]] = {}
     for plan in plans:

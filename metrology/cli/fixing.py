@@ -22,11 +22,11 @@ def fix(path: Path) -> str:
         Where the file cannot be read or written.
     """
     from metrology.campaign.load import faults
-    from metrology.declaration import document, fixes
+    from metrology.declaration import fixes, source_text
     from metrology.report import staging
 
-    raw = document.read_raw(path)
-    if len(raw) > document.MAX_BYTES:
+    raw = source_text.read_raw(path)
+    if len(raw) > source_text.MAX_BYTES:
         return ""
     try:
         text = fixes.plain(raw).decode("utf-8")

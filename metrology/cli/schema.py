@@ -24,7 +24,7 @@ def schema(options: argparse.Namespace) -> int:
 
         print(results_json(), end="")
         return DONE
-    from metrology.campaign.schema import schema_json
+    from metrology.campaign.json_schema import schema_json
 
     print(schema_json(), end="")
     return DONE

@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING, Any
 from metrology.decay.finding import DampingShape, DecayFinding, DecayRecord
 
 if TYPE_CHECKING:
-    from metrology.decay.analysis import DecayAnalysis, DecayTest, analyse
+    from metrology.decay.analysis import DecayAnalysis, analyse
+    from metrology.decay.test import DecayTest
 
 __all__ = ["DampingShape", "DecayAnalysis", "DecayFinding", "DecayRecord", "DecayTest", "analyse"]
 

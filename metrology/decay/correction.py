@@ -13,7 +13,7 @@ from metrology.gum.inputs import KNOWN, Ensemble, Input
 from metrology.message import said
 
 if TYPE_CHECKING:
-    from metrology.decay.analysis import DecayTest
+    from metrology.decay.test import DecayTest
     from metrology.diagnosis import Diagnosis
 
 OF_RELEASES = {"dk": said("k from release to release"), "dc": said("c from release to release")}

@@ -7,8 +7,8 @@ from math import pi, sqrt
 
 import numpy as np
 
-from metrology.decay.analysis import DecayTest
 from metrology.decay.start import Unusable
+from metrology.decay.test import DecayTest
 from metrology.errors import Fault
 from metrology.slip import OFF, likely
 

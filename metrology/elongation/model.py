@@ -10,7 +10,7 @@ import numpy as np
 
 from metrology.elongation.again import Again, averages
 from metrology.elongation.line import Layout, Means
-from metrology.elongation.test import ElongationTest, Load
+from metrology.elongation.test import ElongationTest, Load, Reading
 from metrology.gum.inputs import Component, Ensemble, Input
 from metrology.message import said
 
@@ -22,6 +22,15 @@ EQUATIONS = (
     "k = Σ n_i (F_i − F̄)² / Σ n_i (F_i − F̄) (x_i − x̄)",
 )
 """Load; extension from mean reading z and error e of the indicator; stiffness of a balanced test (F, x: means)."""
+
+
+def corrected_readings(test: ElongationTest, readings: tuple[Reading, ...]) -> Floats:
+    """Values of some readings in m, by the correction of the indicator where it has one, shape (n,)."""
+    values = np.array([reading.value for reading in readings], dtype=float)
+    if test.correction is None or not len(values):
+        return values
+    namespace = {item.name: item.value for item in test.correction.inputs}
+    return np.asarray(test.correction.function(namespace, values), dtype=float)
 
 
 def force(test: ElongationTest, load: Load, namespace: Mapping[str, Any]) -> Any:

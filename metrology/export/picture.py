@@ -8,8 +8,9 @@ from io import StringIO
 
 from metrology.export.control import Chart
 from metrology.language.display import rounded, scale
+from metrology.report.figures.marks import Mark
 from metrology.report.figures.shapes import Pen
-from metrology.report.figures.sketch import Mark, Sketch
+from metrology.report.figures.sketch import Sketch
 from metrology.report.figures.style import BLUE, GREY, ORANGE, Plot, plain
 
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"

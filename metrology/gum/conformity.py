@@ -9,7 +9,8 @@ from typing import Literal
 from metrology.errors import Fault, MetrologyError
 from metrology.gum.conformity_probability import probability_of_conformity
 from metrology.gum.guard_bands import Bands, Rule, guard_bands, shows, widest
-from metrology.gum.output import Output, probability
+from metrology.gum.output import Output
+from metrology.gum.printed_probability import probability
 from metrology.gum.risk import Limits, Prior, global_risks
 from metrology.message import said
 

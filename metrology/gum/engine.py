@@ -18,7 +18,8 @@ from metrology.gum.law import Law, propagate
 from metrology.gum.monte_carlo import Plan, Trials, run, sufficient
 from metrology.gum.output import Analytic, Empirical, Output, without_moments
 from metrology.gum.sampling import sampler
-from metrology.gum.verdict import chosen, claims, judge, shortfall
+from metrology.gum.sufficiency import chosen, claims, shortfall
+from metrology.gum.verdict import judge
 from metrology.message import said
 
 UNCONFIRMED = said("No Monte Carlo trials were made.")

@@ -1,21 +1,93 @@
-"""The x of a new y: as an equation for the law and for draws, and the interval of Fieller for a straight line."""
+"""The x of a new y: with its u, as an equation for the law and for draws, and Fieller's interval for a line."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from math import sqrt
 from typing import Any
 
 import numpy as np
 
 from metrology.errors import Fault, MetrologyError
-from metrology.gum.fit import Regression, inverse
+from metrology.gum.fit import LINE, Regression, predict
 from metrology.gum.inputs import Input
 from metrology.gum.law import coverage_factor, effective_dof
+from metrology.message import said
 
 _STEP = 1e-100
 _MOST = 50
 Curve = Callable[[Mapping[str, Any], Any], Any]
+
+
+@dataclass(frozen=True)
+class Inverse:
+    """The x at which the curve takes a stated y; None with a sentence where there is no such, or no single one."""
+
+    value: float | None
+    u: float | None
+    sentence: str = ""
+
+
+def inverse(fit: Regression, y: float, *, u_y: float = 0.0, between: tuple[float, float] | None = None) -> Inverse:
+    """The x at which the curve takes the value y, u²(x) = (u²(y) + gᵀ·V·g) / f′(x)².
+
+    Parameters
+    ----------
+    fit : Regression
+    y, u_y : float
+        A new reading, with its standard uncertainty.
+    between : tuple of float
+        Where to look; the range of the data where None (a straight line needs no range).
+
+    Notes
+    -----
+    ISO/TS 28037:2010, 11.1; its example has x = 4.913, u = 0.322 for y = 10.5, u = 0.5.
+    """
+    if not fit.converged:
+        return Inverse(None, None, fit.sentence)
+    x = _line_crossing(fit, y) if fit.model == LINE and between is None else _curve_crossing(fit, y, between)
+    if isinstance(x, str):
+        return Inverse(None, None, x)
+    step = max(float(np.ptp(fit.x)), abs(x) * 1e-6) * 1e-5
+    low, high = fit.basis.function(np.array([x - step, x + step]), fit.basis.values)
+    slope = float(high - low) / (2 * step)
+    if fit.model == LINE:
+        slope = float(fit.values[1])
+    if slope == 0:
+        return Inverse(None, None, said("The curve is flat at x = {x:g}: y does not determine x there.", x=float(x)))
+    u = sqrt(u_y**2 + float(predict(fit, x).u[0]) ** 2) / abs(slope)
+    return Inverse(x, u)
+
+
+def _line_crossing(fit: Regression, y: float) -> float | str:
+    slope, u_slope = float(fit.values[1]), float(fit.u[1])
+    if slope == 0 or 2 * u_slope > abs(slope):
+        text = "The slope {slope:g} is not distinguished from zero (u = {u:g}): y does not determine x."
+        return said(text, slope=slope, u=u_slope)
+    centre = float(np.mean(fit.x))
+    return centre + (y - float(predict(fit, centre).value[0])) / slope
+
+
+def _curve_crossing(fit: Regression, y: float, between: tuple[float, float] | None) -> float | str:
+    from scipy.optimize import brentq
+
+    low, high = between or (float(np.min(fit.x)), float(np.max(fit.x)))
+    grid = np.linspace(low, high, 201)
+    gap = fit.basis.function(grid, fit.basis.values) - y
+    changes = np.flatnonzero(np.sign(gap[:-1]) != np.sign(gap[1:]))
+    if len(changes) == 0:
+        text = "The curve does not take the value {y:g} between x = {low:g} and {high:g}."
+        return said(text, y=float(y), low=float(low), high=float(high))
+    if len(changes) > 1 and not np.any(gap == 0):
+        text = "The curve takes the value {y:g} more than once between x = {low:g} and {high:g}: narrow the range."
+        return said(text, y=float(y), low=float(low), high=float(high))
+
+    def function(x: float) -> float:
+        return float(fit.basis.function(np.array([x]), fit.basis.values)[0]) - y
+
+    first = int(changes[0])
+    return float(brentq(function, grid[first], grid[first + 1], xtol=abs(high - low) * 1e-15, rtol=1e-14))
 
 
 def equation(

@@ -15,15 +15,14 @@ from metrology.gum.curve_both import curve_both
 from metrology.gum.distance import line_both
 from metrology.gum.fit import (
     Basis,
-    Inverse,
     Prediction,
     Regression,
     by_information,
-    inverse,
     knowledge,
     predict,
     scaled,
 )
+from metrology.gum.inversion import Inverse, inverse
 from metrology.gum.polynomial import polynomial
 
 __all__ = [

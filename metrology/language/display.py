@@ -194,38 +194,6 @@ def concise(value: float, u: float) -> str:
     return f"{digits}({places}){times}{power}"
 
 
-def aligned(texts: list[str]) -> list[str]:
-    """Texts of one column, padded on the right so that decimal points stand below each other when set flush right.
-
-    A number with a power of ten stands as it is.
-    """
-    tails = [_tail(text) for text in texts]
-    widest = max((len(tail) for text, tail in zip(texts, tails, strict=True) if "×" not in text), default=0)
-    return [text if "×" in text else text + _blank(widest, tail) for text, tail in zip(texts, tails, strict=True)]
-
-
-_EM = {".": 0.32, ",": 0.32, "\N{PUNCTUATION SPACE}": 0.32, " ": 0.32, "×": 0.84, "−": 0.84, "…": 1.0} | dict.fromkeys(
-    "⁻⁰¹²³⁴⁵⁶⁷⁸⁹", 0.43
-)
-"""Widths of characters in the font of the report; of a figure 0.64, as of most letters."""
-
-
-def width(text: str) -> float:
-    """Width of a printed number in em, to choose a column by."""
-    return sum(_EM.get(character, 0.64) for character in text)
-
-
-def _tail(text: str) -> str:
-    return "." + text.partition(".")[2] if "." in text else ""
-
-
-def _blank(widest: int, tail: str) -> str:
-    if not widest:
-        return ""
-    figures = widest - max(len(tail), 1)
-    return ("\N{PUNCTUATION SPACE}" if not tail else "") + "\N{FIGURE SPACE}" * figures
-
-
 def symbol(quantity: str) -> str:
     """Symbol of a quantity: ``zeta`` → ζ, ``zeta_nylon`` → ζ_nylon; other names as they are."""
     stem, mark, index = quantity.partition("_")
@@ -266,7 +234,7 @@ def chance(probability: float, resolution: float = 0.0) -> str:
     if probability > 0.9995 - 1e-12:
         return "> 99.9 %"
     if probability < max(LEAST, resolution):
-        from metrology.gum.output import probability as bounded
+        from metrology.gum.printed_probability import probability as bounded
 
         return bounded(probability, resolution)
     if probability < 1e-4:

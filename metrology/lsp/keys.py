@@ -83,7 +83,7 @@ class Keys:
 
 @cache
 def _schema() -> Node:
-    from metrology.campaign.schema import schema_json
+    from metrology.campaign.json_schema import schema_json
 
     found: Node = json.loads(schema_json())
     return found

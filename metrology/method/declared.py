@@ -10,7 +10,8 @@ if TYPE_CHECKING:
     from metrology.declaration.conduct import Test
     from metrology.declaration.document import Key
     from metrology.declaration.fits import Fit
-    from metrology.declaration.identity import Instrument, Sample
+    from metrology.declaration.identity import Instrument
+    from metrology.declaration.samples import Sample
     from metrology.rig.own import OwnEffect
 
 

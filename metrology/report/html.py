@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from metrology.errors import Fault, MetrologyError
-from metrology.language import catalogue, display, done, wording
+from metrology.language import catalogue, columns, display, done, wording
 from metrology.method.discovery import templates as ours
 from metrology.report import decimals, document, equations, fonts
 from metrology.report.fonts import visible
@@ -202,7 +202,7 @@ def _environment(
     environment.tests["shown_in_figures"] = document.shown_in_figures
     environment.filters |= {
         "address": address,
-        "aligned": display.aligned,
+        "aligned": columns.aligned,
         "chance": display.chance,
         "equation": equations.draw,
         "parted": equations.parted,

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 from metrology.findings import Conformity, Withheld
 from metrology.language.catalogue import ENGLISH, Language
-from metrology.language.display import as_stated, rounded, width
+from metrology.language.columns import width
+from metrology.language.display import as_stated, rounded
 from metrology.report import quality
 from metrology.units import unit_text
 

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 from math import isfinite
 
 from metrology.findings import Findings, Result
-from metrology.language.display import Shown, aligned, estimate, like, rounded, width
+from metrology.language.columns import aligned, width
+from metrology.language.display import Shown, estimate, like, rounded
 from metrology.methods import METHODS
 from metrology.report import consensus
 

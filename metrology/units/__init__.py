@@ -1,6 +1,6 @@
 """Quantities as a person writes them, ``25.00(5) mm``, to floats in SI and back: used at the edges only.
 
-The grammar of numbers is in `metrology.units.decimals`, the one of units in `metrology.units.symbols`; both are our
+The grammar of numbers is in `metrology.units.decimals`, the one of units in `metrology.units.grammar`; both are our
 own, since general readers take ``1,02 mm`` for 102 mm and hang on powers of powers.
 """
 
@@ -14,7 +14,8 @@ from math import isfinite
 from metrology.units import decimals
 from metrology.units.decimals import GOOD
 from metrology.units.dimensions import NAMES, Dimension, product_text, quoted
-from metrology.units.symbols import OFFSETS, UnitError, powers, raised, symbols, unit_text
+from metrology.units.grammar import powers
+from metrology.units.symbols import OFFSETS, UnitError, raised, symbols, unit_text
 
 LARGEST = 1e75
 """Largest value in SI, and the smallest is its inverse: a fourth power, as in fits of the square, is finite still."""

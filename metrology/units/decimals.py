@@ -7,7 +7,7 @@ Grammar, strict, everything else is refused with a sentence::
     number   := [sign] digits [. digits] [e [sign] digits]     a point is the decimal mark, nothing groups digits
 
 ``±`` is written ``+/-`` and ``+-`` as well; what follows it is a *standard* uncertainty, greater than zero. The grammar
-of units is in `metrology.units.symbols`.
+of units is in `metrology.units.grammar`.
 """
 
 from __future__ import annotations
@@ -17,7 +17,8 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from metrology.units.dimensions import quoted
-from metrology.units.symbols import CHARACTERS, MAX_LENGTH, UnitError
+from metrology.units.grammar import MAX_LENGTH
+from metrology.units.symbols import CHARACTERS, UnitError
 
 _NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]+)?|\.[0-9]+)"
 _EXPONENT = r"(?:[eE](?P<exponent>[+-]?[0-9]{1,3})(?![0-9]))?"

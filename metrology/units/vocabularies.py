@@ -6,7 +6,8 @@ import re
 from collections.abc import Sequence
 from fractions import Fraction
 
-from metrology.units.symbols import PREFIXED, powers
+from metrology.units.grammar import powers
+from metrology.units.symbols import PREFIXED
 
 QUDT = "http://qudt.org/vocab/unit/"
 

@@ -79,10 +79,10 @@ def watch(
 def _campaigns(path: Path) -> list[Path]:
     """The campaign file itself, the one in a folder, or all below it."""
     from metrology.batch import find
-    from metrology.declaration import document
+    from metrology.declaration import source_text
 
     if not path.is_dir():
-        document.read_raw(path)
+        source_text.read_raw(path)
         return [path]
     return [path / "campaign.yaml"] if (path / "campaign.yaml").is_file() else find(path)
 

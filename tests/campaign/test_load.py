@@ -19,8 +19,8 @@ from pydantic import ValidationError
 
 import metrology
 from metrology.campaign.documentation import reference
+from metrology.campaign.json_schema import schema, schema_json
 from metrology.campaign.load import load
-from metrology.campaign.schema import schema, schema_json
 from metrology.campaign.starter import create
 from metrology.declaration.quantity import Stated
 from metrology.errors import Fault, MetrologyError

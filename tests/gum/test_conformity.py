@@ -13,7 +13,8 @@ from metrology.errors import MetrologyError
 from metrology.gum.conformity import Decision, decide
 from metrology.gum.conformity_probability import probability_of_conformity
 from metrology.gum.guard_bands import Rule, rule_risk
-from metrology.gum.output import Analytic, Empirical, expanded, probability
+from metrology.gum.output import Analytic, Empirical, expanded
+from metrology.gum.printed_probability import probability
 from metrology.gum.risk import Limits, Prior, global_guard_band, global_risks
 
 BEARINGS = Prior.gamma(4, 0.25)

@@ -11,18 +11,8 @@ import pytest
 from metrology.gum.evaluation import Coverage, MonteCarlo
 from metrology.gum.intervals import Intervals, intervals
 from metrology.gum.monte_carlo import Plan, Trials
-from metrology.gum.verdict import (
-    Claim,
-    _certainty,
-    _choice,
-    _delta,
-    _holds,
-    _sentences,
-    _stability,
-    chosen,
-    judge,
-    shortfall,
-)
+from metrology.gum.sufficiency import Claim, _delta, certainty, choice, chosen, shortfall, stability
+from metrology.gum.verdict import _holds, _sentences, judge
 
 CLAIM = Claim(10.0, 2.0, Coverage(0.95, 1.96, 6.08, 13.92), "", "", "m", inf)
 FOUND = MonteCarlo(
@@ -46,10 +36,10 @@ def batches(mean: float = 10.0, deviation: float = 2.0, low: float = 6.08, high:
 def test_closed_form_stability_is_the_square_of_2s_over_delta(column: int) -> None:
     """u = 2.0 to two digits: δ = 0.05; to one digit: 0.5 (JCGM 101, 7.9.2 and 7.9.4)."""
     found = batches(s=0.1, wide=column)
-    assert _stability(CLAIM, found, 2) == pytest.approx(4.0, rel=1e-9)
-    assert _stability(CLAIM, found, 1) == pytest.approx(0.04, rel=1e-9)
+    assert stability(CLAIM, found, 2) == pytest.approx(4.0, rel=1e-9)
+    assert stability(CLAIM, found, 1) == pytest.approx(0.04, rel=1e-9)
     # Moments that do not exist do not count.
-    heavy = _stability(replace(CLAIM, heavy=2.0), found, 2)
+    heavy = stability(replace(CLAIM, heavy=2.0), found, 2)
     assert heavy == pytest.approx(0.0 if column < 2 else 4.0, abs=1e-12)
 
 
@@ -59,20 +49,20 @@ def test_closed_form_delta_is_that_of_the_deviation_or_of_the_law_where_there_is
     assert isnan(_delta(replace(CLAIM, heavy=1.5, u=0.0), 30.0, 2))
     assert isnan(_delta(replace(CLAIM, value=1e16), 10.0, 2))  # nothing but rounding
     assert _delta(replace(CLAIM, value=1e16), 10.1, 2) == 0.5
-    assert _stability(replace(CLAIM, value=1e16), batches(deviation=0.0, s=1.0), 2) == 0.0
+    assert stability(replace(CLAIM, value=1e16), batches(deviation=0.0, s=1.0), 2) == 0.0
 
 
 def test_closed_form_certainty_weighs_the_gap_between_difference_and_tolerance() -> None:
     """d = 0.02 and δ = 0.05 leave a gap of 0.03: sure at three standard deviations of the average, 1.5·(2s)."""
     apart = batches(low=6.10, s=0.04, wide=2)
-    assert _certainty(CLAIM, apart, 2) == pytest.approx((1.5 * 0.04 / 0.03) ** 2, rel=1e-6)
+    assert certainty(CLAIM, apart, 2) == pytest.approx((1.5 * 0.04 / 0.03) ** 2, rel=1e-6)
     beyond = batches(high=13.92 - 0.08, s=0.04, wide=3)
-    assert _certainty(CLAIM, beyond, 2) == pytest.approx((1.5 * 0.04 / 0.03) ** 2, rel=1e-6)
+    assert certainty(CLAIM, beyond, 2) == pytest.approx((1.5 * 0.04 / 0.03) ** 2, rel=1e-6)
     # End points to δ/5 are always enough (8.2).
     close = batches(low=6.08 + 0.0499, s=0.04, wide=2)
-    assert _certainty(CLAIM, close, 2) == pytest.approx((5 * 0.04 / 0.05) ** 2, rel=1e-6)
+    assert certainty(CLAIM, close, 2) == pytest.approx((5 * 0.04 / 0.05) ** 2, rel=1e-6)
     on = batches(low=6.08 + 0.05, s=0.04, wide=2)
-    assert _certainty(CLAIM, on, 2) == pytest.approx((5 * 0.04 / 0.05) ** 2, rel=1e-6)
+    assert certainty(CLAIM, on, 2) == pytest.approx((5 * 0.04 / 0.05) ** 2, rel=1e-6)
 
 
 def test_limit_certainty_of_a_difference_of_just_delta_asks_for_the_end_points() -> None:
@@ -81,23 +71,23 @@ def test_limit_certainty_of_a_difference_of_just_delta_asks_for_the_end_points()
     found[:, 2] += 0.0625 * np.array([1.0, -1, 1, -1, 0, 1, -1, 1, -1])
     found[:, 2] += 0.05 - found[:, 2].mean()
     twice = 2 * found[:, 2].std(ddof=1) / 3
-    assert _certainty(claim, found, 2) == pytest.approx((5 * twice / 0.05) ** 2, rel=1e-9)
+    assert certainty(claim, found, 2) == pytest.approx((5 * twice / 0.05) ** 2, rel=1e-9)
 
 
 def test_limit_certainty_of_one_end_surely_beyond_settles_it() -> None:
     found = batches(low=6.08 + 0.2, s=0.09, wide=2)
     found[:, 3] += 9 * (found[:, 2] - 6.28)  # the other end tells nothing
-    assert _certainty(CLAIM, found, 2) == 0.0
+    assert certainty(CLAIM, found, 2) == 0.0
     unsure = batches(low=6.08 + 0.2, s=0.11, wide=2)
-    assert _certainty(CLAIM, unsure, 2) == pytest.approx((1.5 * 0.11 / 0.15) ** 2, rel=1e-6)
+    assert certainty(CLAIM, unsure, 2) == pytest.approx((1.5 * 0.11 / 0.15) ** 2, rel=1e-6)
 
 
 def test_limit_certainty_without_a_claim_or_without_numbers_asks_for_no_trials() -> None:
     found = batches(low=6.10, s=0.4, wide=2)
-    assert _certainty(replace(CLAIM, coverage=Coverage(0.95, None, None, None)), found, 2) == 0.0
-    assert _certainty(replace(CLAIM, u=0.0), found, 2) == 0.0
-    assert _certainty(replace(CLAIM, u=nan), found, 2) == 0.0
-    assert _certainty(CLAIM, np.full((9, 4), nan), 2) == 0.0
+    assert certainty(replace(CLAIM, coverage=Coverage(0.95, None, None, None)), found, 2) == 0.0
+    assert certainty(replace(CLAIM, u=0.0), found, 2) == 0.0
+    assert certainty(replace(CLAIM, u=nan), found, 2) == 0.0
+    assert certainty(CLAIM, np.full((9, 4), nan), 2) == 0.0
 
 
 def test_closed_form_shortfall_is_the_largest_of_all_outputs() -> None:
@@ -265,7 +255,7 @@ def test_limit_a_choice_between_the_intervals_within_their_scatter_is_not_stable
         np.full(number, 4.0), np.full(number, 2.0), low, high, low, low + width * (1 - block_gain)
     ])  # fmt: skip
     found = Intervals(0.0, width, 0.0, width * (1 - gain))
-    factor = _choice(replace(CLAIM, u=2.0), stated, found, 1)
+    factor = choice(replace(CLAIM, u=2.0), stated, found, 1)
     assert (factor <= 1) is steady
 
 

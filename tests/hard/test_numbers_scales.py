@@ -14,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from metrology import decay, gum
-from metrology.decay.analysis import DecayTest
+from metrology.decay.test import DecayTest
 from metrology.elongation.analysis import analyse
 from metrology.elongation.test import ElongationTest, Load, Reading
 from metrology.errors import MetrologyError

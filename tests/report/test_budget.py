@@ -12,7 +12,7 @@ from metrology.language.catalogue import Language
 from metrology.message import said
 from metrology.report import budget, document
 from metrology.report.equations import draw, mathtext, parted
-from metrology.report.figures.sketch import ticks
+from metrology.report.figures.ticks import ticks
 from metrology.report.typesetting import sentence, worded
 
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
-from metrology.language import display, wording
+from metrology.language import columns, display, wording
 from metrology.report import equations, lines
 from metrology.report.figures import style
 
@@ -36,7 +36,7 @@ def test_limit_zero_uncertainty_is_shown_as_such() -> None:
 
 
 def test_law_aligned_texts_have_their_points_at_the_same_place() -> None:
-    texts = display.aligned(["24730", "59.2", "0.4000"])
+    texts = columns.aligned(["24730", "59.2", "0.4000"])
     assert {
         len(text) - 1 - (text.index(".") if "." in text else text.index("\N{PUNCTUATION SPACE}")) for text in texts
     } == {4}
@@ -97,7 +97,7 @@ def test_law_numbers_of_many_sizes_line_up_unit_by_unit_where_all_together_would
     apart = lines._column(["24730", "1810.9", "0.08695"], units)
     assert apart == ["24730\N{PUNCTUATION SPACE}\N{FIGURE SPACE}", "1810.9", "0.08695"]
     together = lines._column(["2473", "1810.9", "0.087"], units)
-    assert together == display.aligned(["2473", "1810.9", "0.087"])
+    assert together == columns.aligned(["2473", "1810.9", "0.087"])
 
 
 SIZES = st.floats(-12, 12).map(lambda power: 10.0**power)

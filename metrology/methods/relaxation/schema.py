@@ -8,9 +8,9 @@ from pydantic import Field, model_validator
 
 from metrology.declaration.conduct import Test
 from metrology.declaration.entry import Entry, Refusal, refuse
-from metrology.declaration.identity import Section
 from metrology.declaration.quantity import Compliance, Length, Stated, ValueOnly, of
 from metrology.declaration.readings import Readings
+from metrology.declaration.samples import Section
 from metrology.declaration.scalars import Id, Integer, Text
 from metrology.declaration.scalars import Table as Named
 

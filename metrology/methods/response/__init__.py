@@ -1,7 +1,7 @@
 """Method `response`: a module on the line, its motion, and the model judged by runs that were kept out of the fit.
 
-`schema`, `known` and `units` are its part of the campaign file, `checks` what must hold there; `runs` and `preparation`
-hand a test to the analysis, and are the only ones that need the rig.
+`schema`, `known` and `units` are its part of the campaign file, `checks` what must hold there; `runs`, `preparation`
+and `evaluation` hand a test to the analysis, and are the only ones that need the rig.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from metrology.diagnosis import Diagnosis
     from metrology.gum.evaluation import Contribution
     from metrology.method.declared import Declared
-    from metrology.methods.response.preparation import Ready
+    from metrology.methods.response.evaluation import Ready
 
 
 def yields(campaign: Declared, test: ResponseTest) -> dict[str, str]:
@@ -39,23 +39,23 @@ def yields(campaign: Declared, test: ResponseTest) -> dict[str, str]:
 
 def analyse(task: Task[ResponseTest]) -> Analysed[Ready]:
     """Put what was sought into the model, with the verdict on the model of the rig."""
-    from metrology.methods.response import preparation
+    from metrology.methods.response import evaluation
 
-    return preparation.analyse(task)
+    return evaluation.analyse(task)
 
 
 def diagnose(task: Task[ResponseTest], ready: Ready, rng: np.random.Generator) -> Diagnosis:
     """What the model of the rig lacks."""
-    from metrology.methods.response import preparation
+    from metrology.methods.response import evaluation
 
-    return preparation.diagnose(task, ready, rng)
+    return evaluation.diagnose(task, ready, rng)
 
 
 def corrected(task: Task[ResponseTest], ready: Ready, stated: Contribution, found: Diagnosis) -> Contribution:
     """k, c and what follows from them by the model that the data support."""
-    from metrology.methods.response import preparation
+    from metrology.methods.response import evaluation
 
-    return preparation.corrected(task, ready, stated, found)
+    return evaluation.corrected(task, ready, stated, found)
 
 
 def carried(campaign: Declared, test: ResponseTest, name: str) -> str:

@@ -9,9 +9,9 @@ from pydantic import Field, model_validator
 
 from metrology.declaration.conduct import Test
 from metrology.declaration.entry import Entry, Refusal, refuse
-from metrology.declaration.identity import Section
 from metrology.declaration.quantity import Compliance, Density, Force, Length, Ratio, ValueOnly
 from metrology.declaration.readings import Readings
+from metrology.declaration.samples import Section
 from metrology.declaration.scalars import Flag, Id, Integer, Text
 from metrology.declaration.scalars import Table as Named
 

@@ -9,8 +9,9 @@ from metrology.findings import Comparison
 from metrology.language.catalogue import ENGLISH, Language
 from metrology.language.display import estimate, normalised
 from metrology.message import said
+from metrology.report.figures.marks import Mark
 from metrology.report.figures.shapes import Pen
-from metrology.report.figures.sketch import Mark, Sketch
+from metrology.report.figures.sketch import Sketch
 from metrology.report.figures.style import BLUE, FULL, GREY, ORANGE, Plot, plain
 
 _SIDES = ((-0.16, Mark("o", BLUE, 3.6)), (0.16, Mark("s", ORANGE, 3.6)))

@@ -6,8 +6,9 @@ from metrology.findings import Conformity
 from metrology.language.catalogue import ENGLISH, Language
 from metrology.language.display import symbol
 from metrology.message import said
+from metrology.report.figures.marks import Mark
 from metrology.report.figures.shapes import Pen
-from metrology.report.figures.sketch import Mark, Sketch
+from metrology.report.figures.sketch import Sketch
 from metrology.report.figures.style import BAND, BLUE, FULL, INK, PALE, Plot, plain
 from metrology.units import unit_text
 

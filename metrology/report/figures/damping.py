@@ -6,8 +6,9 @@ from metrology.decay import DecayFinding
 from metrology.language.catalogue import ENGLISH, Language
 from metrology.language.display import scale
 from metrology.message import said
+from metrology.report.figures.marks import Mark
 from metrology.report.figures.shapes import Pen
-from metrology.report.figures.sketch import Mark, Sketch
+from metrology.report.figures.sketch import Sketch
 from metrology.report.figures.style import BLUE, GREY, HALF, INK, MARKERS, ORANGE, Plot
 
 _RATE = Pen(stroke=INK, width=0.6, dash=(2.4, 1.2))

@@ -16,8 +16,9 @@ from metrology.language.catalogue import ENGLISH, Language
 from metrology.language.display import estimate, number, scale
 from metrology.message import said
 from metrology.report.figures import damping, decrement
+from metrology.report.figures.marks import Mark
 from metrology.report.figures.shapes import Pen
-from metrology.report.figures.sketch import Mark, Sketch
+from metrology.report.figures.sketch import Sketch
 from metrology.report.figures.style import BAND, BLUE, FULL, GREY, INK, NAMES, ORANGE, PALE, Plot, decimate, plain
 from metrology.report.figures.zoom import as_json, packed
 

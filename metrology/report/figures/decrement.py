@@ -10,8 +10,9 @@ from metrology.decay import DecayFinding, DecayRecord
 from metrology.language.catalogue import ENGLISH, Language
 from metrology.language.display import number
 from metrology.message import said
+from metrology.report.figures.marks import Mark
 from metrology.report.figures.shapes import Pen
-from metrology.report.figures.sketch import Mark, Sketch
+from metrology.report.figures.sketch import Sketch
 from metrology.report.figures.style import BAND, BLUE, GREY, HALF, INK, MARKERS, ORANGE, Plot, plain
 
 _LINE, _FLOOR = Pen(stroke=INK, width=0.6), Pen(stroke=INK, width=0.5, dash=(0.5, 0.9))

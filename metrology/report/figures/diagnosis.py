@@ -12,8 +12,9 @@ from metrology.diagnosis import Curve, Diagnosis, Missing, Picture
 from metrology.language.catalogue import ENGLISH, Language
 from metrology.language.display import number, scale
 from metrology.message import said
+from metrology.report.figures.marks import Mark
 from metrology.report.figures.shapes import Pen
-from metrology.report.figures.sketch import Mark, Sketch
+from metrology.report.figures.sketch import Sketch
 from metrology.report.figures.style import BLUE, FULL, GREY, HALF, INK, MARKERS, ORANGE, Plot, plain
 
 if TYPE_CHECKING:

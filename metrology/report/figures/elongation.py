@@ -12,8 +12,9 @@ from metrology.elongation import ElongationFinding
 from metrology.language.catalogue import ENGLISH, Language
 from metrology.language.display import estimate, number, scale
 from metrology.message import said
+from metrology.report.figures.marks import Mark
 from metrology.report.figures.shapes import Pen
-from metrology.report.figures.sketch import Mark, Sketch
+from metrology.report.figures.sketch import Sketch
 from metrology.report.figures.style import BAND, BLUE, FULL, GREY, INK, NAMES, ORANGE, Plot
 
 if TYPE_CHECKING:

@@ -8,8 +8,9 @@ from metrology.findings import Fit
 from metrology.language.catalogue import ENGLISH, Language
 from metrology.language.display import scale
 from metrology.message import said
+from metrology.report.figures.marks import Mark
 from metrology.report.figures.shapes import Pen
-from metrology.report.figures.sketch import Mark, Sketch
+from metrology.report.figures.sketch import Sketch
 from metrology.report.figures.style import BAND, BLUE, FULL, GREY, INK, NAMES, Plot, plain
 
 _LINE, _DATA = Pen(stroke=INK, width=0.8), Mark("o", BLUE)

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from metrology.language.catalogue import ENGLISH, Language
 from metrology.language.display import number, scale
 from metrology.message import said
-from metrology.report.figures import response
+from metrology.report.figures import over_time, response
 from metrology.report.figures.shapes import Pen
 from metrology.report.figures.sketch import Sketch
 from metrology.report.figures.style import BAND, BLUE, FULL, ORANGE, Plot, plain
@@ -54,7 +54,7 @@ def draw(
     pairs = list(zip(stated["series"], extended["series"], strict=True))
     height = ROW * len(pairs) + 17.0
     plot = Sketch((FULL, height), (0.0, 0.0, 0.0, 0.0), label=label, language=language)
-    span = response.whole(one["time"] for one in extended["series"])
+    span = over_time.whole(one["time"] for one in extended["series"])
     scales = response.noises(stated, extended)
     for index, pair in enumerate(pairs):
         top = 10.0 + ROW * index
@@ -79,16 +79,16 @@ def _channel(
 ) -> None:  # fmt: skip
     (before, after), (span, top, height) = pair, place
     values = [before["measured"], best(before), best(after), after["low"], after["high"]]
-    factor, unit = scale(response.largest(*values), after["unit"])
+    factor, unit = scale(over_time.largest(*values), after["unit"])
     plot.panel((16.0, height - top - 15.0, 1.5, top))
-    plot.window(span, response.spread(*values, factor=factor))
-    response.shaded(plot, phases, span, named=first)
-    response.band(plot, after["time"], after, factor)
-    response.stroke(plot, after["time"], after["measured"], factor, response.MEASURED)
-    response.stroke(plot, before["time"], best(before), factor, response.CLOSED)
-    response.stroke(plot, after["time"], best(after), factor, response.SIMULATED)
+    plot.window(span, over_time.spread(*values, factor=factor))
+    over_time.shaded(plot, phases, span, named=first)
+    over_time.band(plot, after["time"], after, factor)
+    over_time.stroke(plot, after["time"], after["measured"], factor, response.MEASURED)
+    over_time.stroke(plot, before["time"], best(before), factor, response.CLOSED)
+    over_time.stroke(plot, after["time"], best(after), factor, response.SIMULATED)
     plot.x_axis("")
-    plot.y_axis(f"{response.symbol(after)} / {unit}", 4)
+    plot.y_axis(f"{over_time.symbol(after)} / {unit}", 4)
 
 
 def _residuals(
@@ -99,11 +99,11 @@ def _residuals(
     noise = noises.get(after["channel"], 1.0)
     plot.panel((16.0, height - top - 10.0, 1.5, top))
     plot.window(
-        span, response.spread(response.left(before), response.left(after), (2 * noise, -2 * noise), factor=noise)
+        span, over_time.spread(response.left(before), response.left(after), (2 * noise, -2 * noise), factor=noise)
     )
-    response.shaded(plot, phases, span, named=False)
-    response.stroke(plot, before["time"], response.left(before), noise, Pen(stroke=ORANGE, width=0.5))
-    response.stroke(plot, after["time"], response.left(after), noise, Pen(stroke=BLUE, width=0.5))
+    over_time.shaded(plot, phases, span, named=False)
+    over_time.stroke(plot, before["time"], response.left(before), noise, Pen(stroke=ORANGE, width=0.5))
+    over_time.stroke(plot, after["time"], response.left(after), noise, Pen(stroke=BLUE, width=0.5))
     for level in (2.0, -2.0):
         plot.line(span, (level, level), response.LIMIT)
     plot.x_axis(said("time / s") if last else "", 8)
@@ -120,14 +120,14 @@ def _zoom(
         name = after["channel"]
         one = _columns(traces.get("stated", {}).get(name), before)
         other = _columns(traces.get("extended", {}).get(name), after)
-        factor, unit = scale(response.largest(after["measured"], best(after)), after["unit"])
+        factor, unit = scale(over_time.largest(after["measured"], best(after)), after["unit"])
         # What results.json keeps of each model stands at times of its own.
         stated = np.interp(other["time"], one["time"], one["best"])
         lines = {key: packed(other[key], factor) for key in ("measured", "low", "high")}
         lines |= {"simulated": packed(other["best"], factor), "closed": packed(stated, factor)}
         count, noise = after.get("count", 0), noises.get(name, 1.0)
         known = {"u": noise / factor} if name in noises else {}
-        panels.append({"title": f"{response.symbol(after)} / {unit}", "count": count, "time": packed(other["time"]),
+        panels.append({"title": f"{over_time.symbol(after)} / {unit}", "count": count, "time": packed(other["time"]),
                        "models": True, **known, **lines})  # fmt: skip
         gap = other["measured"] - other["best"], other["measured"] - stated
         panels.append({"title": language.say("residual / u"), "count": count, "time": packed(other["time"]),

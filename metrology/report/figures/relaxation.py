@@ -15,8 +15,9 @@ from metrology.language.done import in_words
 from metrology.message import counted, said
 from metrology.relaxation import RelaxationFinding
 from metrology.relaxation.finding import Specimen
+from metrology.report.figures.marks import Mark
 from metrology.report.figures.shapes import Pen
-from metrology.report.figures.sketch import Mark, Sketch
+from metrology.report.figures.sketch import Sketch
 from metrology.report.figures.style import BAND, BLUE, FULL, GREY, INK, NAMES, ORANGE, PALE, Plot, plain
 
 if TYPE_CHECKING:

@@ -9,31 +9,25 @@ from math import ceil
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from metrology.coordinate import QUANTITIES
 from metrology.language.catalogue import ENGLISH, Language
 from metrology.language.display import number, percent, scale
 from metrology.message import said
 from metrology.report.figures.shapes import Pen
 from metrology.report.figures.sketch import Sketch
-from metrology.report.figures.style import BAND, BLUE, FULL, GREY, INK, ORANGE, Plot, decimate, plain
+from metrology.report.figures.style import BAND, BLUE, FULL, GREY, INK, ORANGE, Plot, plain
 from metrology.report.figures.zoom import as_json, packed
 from metrology.response import ChannelFit, FittedRun, ResponseFinding
 
 if TYPE_CHECKING:
     from metrology.report.figures import Job, Subject
     from metrology.timeseries import Trace
+from metrology.report.figures.over_time import SHADE, SYMBOLS, band, largest, shaded, spread, stroke, symbol, whole
 
 NAMES = {channels[name].unit: channels[name].word for channels in QUANTITIES.values() for name in "xvT"}
 """Unit of a channel → what it is."""
-SYMBOLS = {"rad": "φ", "rad/s": "φ′"}
-"""Unit of a channel → its symbol, where that is not the channel's own."""
-_SHADE = "#f0f1f3"
 _ROW = 28.0
 """Height in mm of one channel: readings and comparison error."""
-_COLUMNS = 350
-"""Columns that a line is decimated to: 0.4 mm each."""
 MEASURED, SIMULATED, _BOUND = Pen(stroke=GREY, width=1.3), Pen(stroke=BLUE, width=0.7), Pen(stroke=INK, width=0.5)
 CLOSED = Pen(stroke=ORANGE, width=0.7, dash=(3.0, 1.6))
 LIMIT = Pen(stroke=INK, width=0.6, dash=(2.4, 1.6))
@@ -92,29 +86,6 @@ def _channel(
     _error(plot, channel, run, (top + 18.0, height), last=last)
 
 
-def shaded(plot: Sketch, phases: Sequence[tuple[str, float, float]], span: tuple[float, float], *, named: bool) -> None:
-    """Every other phase, and their names where wanted."""
-    taken = span[0]
-    for index, (name, start, stop) in enumerate(phases):
-        if index % 2:
-            plot.shade(start, stop, _SHADE)
-        begins = max(start, taken)
-        if named and begins < stop:  # A phase that ends within the name before it stands without its own.
-            taken = plot.note(f"{plain(plot.language.word(name), 12)}  ", begins, rise=2.0)
-
-
-def whole(times: Iterable[Sequence[float]]) -> tuple[float, float]:
-    """First and last of all times: panels above each other share the axis of the lowest."""
-    ends = [(float(time[0]), float(time[-1])) for time in times if time]
-    return min((first for first, _ in ends), default=0.0), max((last for _, last in ends), default=1.0)
-
-
-def symbol(channel: Mapping[str, Any]) -> str:
-    """Symbol of a channel."""
-    found: str = SYMBOLS.get(channel["unit"], channel["channel"])
-    return found
-
-
 def _error(
     plot: Sketch, channel: Mapping[str, Any], run: Mapping[str, Any], place: tuple[float, float], *, last: bool
 ) -> None:
@@ -126,43 +97,12 @@ def _error(
     span = whole(one["time"] for one in run["series"])
     plot.window(span, spread(error, limit, [-v for v in limit], factor=factor))
     for _, start, stop in run["phases"][1::2]:
-        plot.shade(start, stop, _SHADE)
+        plot.shade(start, stop, SHADE)
     stroke(plot, time, error, factor, Pen(stroke=BLUE, width=0.5))
     for sign in (1.0, -1.0):
         stroke(plot, time, [sign * v for v in limit], factor, LIMIT)
     plot.x_axis(said("time / s") if last else "", 8)
     plot.y_axis(f"E / {unit}", 2)
-
-
-def band(plot: Sketch, time: Sequence[float], channel: Mapping[str, Any], factor: float) -> None:
-    """Band of a prediction."""
-    ((x, low),) = decimate(time, np.array(channel["low"]) / factor, columns=_COLUMNS)
-    high = np.interp(x, time, np.array(channel["high"]) / factor)
-    plot.band(x.tolist(), low.tolist(), high.tolist(), BAND)
-
-
-def stroke(plot: Sketch, time: Sequence[float], values: Sequence[float | None], factor: float, pen: Pen) -> None:
-    """A line; a gap in the readings is one in the line."""
-    if not len(values):
-        return
-    y = np.array([np.nan if value is None else value for value in values], float) / factor
-    ((x, drawn),) = decimate(time, y, columns=_COLUMNS)
-    begins = np.flatnonzero(np.isnan(y) & ~np.isnan(np.concatenate([[0.0], y[:-1]])))
-    at = np.searchsorted(x, np.asarray(time, float)[begins])
-    plot.line(np.insert(x, at, 0.0).tolist(), np.insert(drawn, at, np.nan).tolist(), pen)
-
-
-def largest(*values: Iterable[float | None]) -> float:
-    """Largest magnitude of all values."""
-    return max((abs(value) for line in values for value in line if value is not None), default=0.0)
-
-
-def spread(*values: Iterable[float | None], factor: float) -> tuple[float, float]:
-    """Window of an axis that holds all values."""
-    known = [value / factor for line in values for value in line if value is not None]
-    low, high = min(known, default=0.0), max(known, default=1.0)
-    margin = 0.05 * (high - low)
-    return low - margin, high + margin
 
 
 def left(channel: Mapping[str, Any]) -> Any:

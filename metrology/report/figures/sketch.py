@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
-from math import ceil, cos, floor, log10, pi, sin
+from math import log10
 
 from metrology.language.catalogue import ENGLISH, Language
 from metrology.message import Sentence
+from metrology.report.figures.marks import Mark, Steps, mark_pen, marked
 from metrology.report.figures.shapes import Pen, Shape, Sheet, Words, advance, operators, svg
 from metrology.report.figures.style import INK, Plot
+from metrology.report.figures.ticks import decades, ticks
 
 POINTS = 72 / 25.4
 """Points in a millimetre."""
@@ -19,26 +20,6 @@ LEADING = 9.6
 """From one line of words to the next, in points."""
 _SAMPLE = 15.0
 """Room for the sample of a stroke or mark before its name, in points."""
-Steps = list[tuple[str, tuple[float, ...]]]
-_CIRCLE = tuple((0.5 * cos(pi * i / 8), 0.5 * sin(pi * i / 8)) for i in range(16))
-_OUTLINES = {
-    "o": _CIRCLE,
-    "^": ((0.0, 0.6), (-0.52, -0.4), (0.52, -0.4)),
-    "v": ((0.0, -0.6), (-0.52, 0.4), (0.52, 0.4)),
-    "s": ((-0.45, -0.45), (0.45, -0.45), (0.45, 0.45), (-0.45, 0.45)),
-    "D": ((0.0, 0.65), (0.5, 0.0), (0.0, -0.65), (-0.5, 0.0)),
-}
-"""Mark → its outline, one unit across; `x` is two strokes."""
-
-
-@dataclass(frozen=True)
-class Mark:
-    """How a reading is marked: o, ^, v, s, D or x, `size` points across."""
-
-    shape: str
-    colour: str
-    size: float = 3.2
-    hollow: bool = False
 
 
 class Sketch:
@@ -96,9 +77,9 @@ class Sketch:
         steps: Steps = []
         for x, y in zip(xs, ys, strict=True):
             if low <= y <= high:
-                steps += _marked(mark, *self._place(x, y))
+                steps += marked(mark, *self._place(x, y))
         if steps:
-            self._sheet.shapes.append(Shape(_mark_pen(mark), steps))
+            self._sheet.shapes.append(Shape(mark_pen(mark), steps))
 
     def errors(self, xs: Iterable[float], ys: Iterable[float], halves: Iterable[float], pen: Pen) -> None:
         """Upright strokes of ±half about every point."""
@@ -250,7 +231,7 @@ class Sketch:
 
     def _sample(self, sample: Pen | Mark, x: float, y: float) -> None:
         if isinstance(sample, Mark):
-            self._sheet.shapes.append(Shape(_mark_pen(sample), _marked(sample, x + 6.0, y)))
+            self._sheet.shapes.append(Shape(mark_pen(sample), marked(sample, x + 6.0, y)))
             return
         pen = Pen(stroke=sample.fill, width=5.0) if sample.fill else sample
         self._sheet.shapes.append(Shape(pen, [("M", (x, y)), ("L", (x + 11.0, y))]))
@@ -280,56 +261,6 @@ def retold(text: str, language: Language) -> str:
     made = Sentence(told)
     made.message, made.plural, made.values = text.message, text.plural, text.values
     return made
-
-
-def _mark_pen(mark: Mark) -> Pen:
-    if mark.shape == "o" and not mark.hollow:
-        return Pen(stroke=mark.colour, width=mark.size, cap="round")
-    if mark.shape == "x":
-        return Pen(stroke=mark.colour, width=0.9)
-    return Pen(stroke=mark.colour, width=0.6) if mark.hollow else Pen(fill=mark.colour)
-
-
-def _marked(mark: Mark, x: float, y: float) -> Steps:
-    if mark.shape == "o" and not mark.hollow:
-        return [("M", (x, y)), ("L", (x, y))]
-    half = 0.5 * mark.size
-    if mark.shape == "x":
-        ends = ((-half, -half, half, half), (-half, half, half, -half))
-        return [step for a, b, c, d in ends for step in (("M", (x + a, y + b)), ("L", (x + c, y + d)))]
-    outline = [(x + mark.size * a, y + mark.size * b) for a, b in _OUTLINES[mark.shape]]
-    return [("L" if i else "M", point) for i, point in enumerate(outline)] + [("Z", ())]
-
-
-def ticks(low: float, high: float, count: int) -> tuple[list[float], int]:
-    """Round numbers from `low` to `high`, about `count` and two at least, and the decimals that they need.
-
-    Examples
-    --------
-    >>> ticks(23710.0, 25890.0, 5)
-    ([24000.0, 24500.0, 25000.0, 25500.0], 0)
-    """
-    raw = (high - low) / count
-    power = 10.0 ** floor(log10(raw))
-    step = next(round_step * power for round_step in (1, 2, 5, 10) if round_step * power >= raw * 0.999)
-    decimals = max(0, -floor(log10(step) + 1e-9))
-    first, last = ceil(low / step - 1e-9), floor(high / step + 1e-9)
-    return ([i * step for i in range(first, last + 1)], decimals) if last > first else ticks(low, high, count + 1)
-
-
-def decades(low: float, high: float) -> list[float]:
-    """Values to mark between two logarithms to base ten: powers of ten, with their 2 and 5 where these are few.
-
-    Examples
-    --------
-    >>> decades(-1.2, 0.1), decades(-3.0, 1.0)
-    ([0.1, 0.2, 0.5, 1.0], [0.001, 0.01, 0.1, 1.0, 10.0])
-    """
-    steps = (1, 2, 5) if high - low < 2.2 else (1,)
-    every = max(1, ceil((high - low) / 6))
-    powers = range(floor(low), floor(high + 1e-9) + 1)
-    found = [float(f"{step}e{power}") for power in powers if power % every == 0 for step in steps]
-    return [value for value in found if low - 1e-9 <= log10(value) <= high + 1e-9]
 
 
 def _wide(ends: tuple[float, float]) -> tuple[float, float]:

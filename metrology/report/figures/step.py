@@ -13,7 +13,8 @@ import numpy as np
 from metrology.coordinate import QUANTITIES, Coordinate
 from metrology.language.display import number, scale
 from metrology.message import said
-from metrology.report.figures.response import SIMULATED, band, largest, spread, stroke
+from metrology.report.figures.over_time import band, largest, spread, stroke
+from metrology.report.figures.response import SIMULATED
 from metrology.report.figures.shapes import Pen
 from metrology.report.figures.sketch import Sketch
 from metrology.report.figures.style import BAND, FULL, NAMES, Plot

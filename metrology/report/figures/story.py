@@ -12,9 +12,10 @@ import numpy as np
 
 from metrology.language.display import number, scale
 from metrology.message import said
-from metrology.report.figures import models, response
+from metrology.report.figures import models, over_time, response
+from metrology.report.figures.marks import Mark
 from metrology.report.figures.shapes import Pen
-from metrology.report.figures.sketch import Mark, Sketch
+from metrology.report.figures.sketch import Sketch
 from metrology.report.figures.style import BLUE, FULL, GREY, NAMES, ORANGE, Plot, plain
 
 if TYPE_CHECKING:
@@ -170,15 +171,15 @@ def _upper(plot: Sketch, shown: Shown, seen: tuple[float, float]) -> None:
     measured = _floats(shown.channel["measured"])[inside[-1]]
     lines = [line[part] for line, part in zip(shown.predicted, inside, strict=True)]
     factor, unit = scale(
-        response.largest(*(line[np.isfinite(line)] for line in (measured, *lines))), shown.channel["unit"]
+        over_time.largest(*(line[np.isfinite(line)] for line in (measured, *lines))), shown.channel["unit"]
     )
-    plot.window(seen, response.spread(*(line[np.isfinite(line)] for line in (measured, *lines)), factor=factor))
+    plot.window(seen, over_time.spread(*(line[np.isfinite(line)] for line in (measured, *lines)), factor=factor))
     plot.dots(shown.time[-1][inside[-1]].tolist(), (measured / factor).tolist(), _READING)
     pens = (_STATED, _VALIDATED)
     for time, part, line, pen in zip(shown.time, inside, lines, pens, strict=False):
-        response.stroke(plot, time[part], line, factor, pen)
+        over_time.stroke(plot, time[part], line, factor, pen)
     plot.x_axis("")
-    plot.y_axis(f"{response.symbol(shown.channel)} / {unit}", 5)
+    plot.y_axis(f"{over_time.symbol(shown.channel)} / {unit}", 5)
     ends = [(name, _last(line) / factor, pen) for name, line, pen in zip(shown.names, lines, pens, strict=False)]
     plot.labels([(said("readings"), _last(measured) / factor, _READING), *ends])
 
@@ -187,9 +188,9 @@ def _lower(plot: Sketch, shown: Shown, seen: tuple[float, float]) -> None:
     pens = (_LEFT_STATED, _LEFT_VALIDATED)
     parts = [(time[(time >= seen[0]) & (time <= seen[1])], line[(time >= seen[0]) & (time <= seen[1])])
              for time, line in zip(shown.time, shown.left, strict=True)]  # fmt: skip
-    plot.window(seen, response.spread(*(line[np.isfinite(line)] for _, line in parts), (2.5, -2.5), factor=1.0))
+    plot.window(seen, over_time.spread(*(line[np.isfinite(line)] for _, line in parts), (2.5, -2.5), factor=1.0))
     for (time, line), pen in zip(parts, pens, strict=False):
-        response.stroke(plot, time, line, 1.0, pen)
+        over_time.stroke(plot, time, line, 1.0, pen)
     for level in (2.0, -2.0):
         plot.line(seen, (level, level), response.LIMIT)
     plot.x_axis(said("time / s"), 8)

@@ -11,8 +11,9 @@ import numpy as np
 from metrology.language.catalogue import ENGLISH, Language
 from metrology.language.display import scale
 from metrology.message import counted, said
+from metrology.report.figures.marks import Mark
 from metrology.report.figures.shapes import Pen
-from metrology.report.figures.sketch import Mark, Sketch
+from metrology.report.figures.sketch import Sketch
 from metrology.report.figures.style import BLUE, FULL, GREY, INK, NAMES, ORANGE, PALE, Plot, plain
 from metrology.tension import TensionFinding
 from metrology.tension.finding import Specimen

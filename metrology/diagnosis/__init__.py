@@ -4,18 +4,42 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from math import sqrt
 from typing import Annotated, Any, Literal
 
 from metrology.coordinate import Coordinate
+from metrology.diagnosis.discrepancy import Discrepancy, Explanation, Judgement
+from metrology.diagnosis.supported import Floats, Source, Supported
 from metrology.doc import Doc
 
-Floats = tuple[float, ...]
+__all__ = [
+    "Cause",
+    "Curve",
+    "Detectable",
+    "Diagnosis",
+    "Discrepancy",
+    "Explanation",
+    "Floats",
+    "Gain",
+    "Judgement",
+    "Missing",
+    "Part",
+    "Picture",
+    "Remainder",
+    "Role",
+    "Separation",
+    "Shift",
+    "Source",
+    "Support",
+    "Supported",
+    "Test",
+    "Value",
+    "Verdict",
+]
+
 Verdict = Literal[
     "nothing missing", "explained", "explained in the main", "ambiguous", "unexplained", "not testable", "not finished"
 ]
 Role = Literal["measured", "before", "after", "limit"]
-Judgement = Literal["allowed", "against what is stated", "against these data"]
 Support = Literal["supported", "indistinguishable", "not supported", "not testable"]
 
 
@@ -194,88 +218,6 @@ class Picture:
     sentence: str
     joined: bool = False
     logarithmic: Literal["no", "x", "both"] = "no"
-
-
-@dataclass(frozen=True)
-class Explanation:
-    """One cause that could part a result from its reference: what it would have to be, and whether that can be.
-
-    `needed` in `unit`, with its standard uncertainty; `tension`: that over what is known, in standard uncertainties,
-    None where nothing is known; `measurement`, `power`: what would decide, and how far it would show the needed size.
-    """
-
-    cause: Annotated[str, Doc("The cause, by its name in the table.")]
-    title: Annotated[str, Doc("Title as the report prints it.")]
-    needed: float
-    needed_u: Annotated[float, Doc("Standard uncertainty of the needed size.")]
-    unit: str
-    judgement: Annotated[Judgement, Doc("Whether it can be the cause.")]
-    tension: float | None
-    evidence: Annotated[tuple[str, ...], Doc("What speaks for or against it, each a sentence.")]
-    measurement: str
-    power: str
-    sentence: Annotated[str, Doc("The same in words.")]
-
-
-@dataclass(frozen=True)
-class Discrepancy:
-    """A result beside its reference, and every cause that could part them, those that can be first.
-
-    `ratio`: result over reference, with its standard uncertainty; `normalised`: E_n of ISO 13528, with U = 2u, None
-    where nothing was stated of either.
-    """
-
-    quantity: Annotated[str, Doc("Symbol: k, E, c, zeta, omega_n, or the name that the campaign gives.")]
-    value: Annotated[float, Doc("Value, in SI.")]
-    u: Annotated[float, Doc("Standard uncertainty, in SI.")]
-    reference: Annotated[float, Doc("The reference value.")]
-    reference_u: Annotated[float | None, Doc("Its standard uncertainty; null where none is stated.")]
-    source: Annotated[str, Doc("Where it comes from.")]
-    ratio: float
-    ratio_u: Annotated[float, Doc("Standard uncertainty of the ratio.")]
-    normalised: float | None
-    explanations: Annotated[tuple[Explanation, ...], Doc("Every cause that could part them, those that can be first.")]
-    sentence: Annotated[str, Doc("The same in words.")]
-
-
-@dataclass(frozen=True)
-class Source:
-    """A part of the covariance of several values with one cause: columns·columnsᵀ.
-
-    `kind`: scatter of the readings; what is not known of the effects; a stated input, which acts on all blocks alike
-    and whose sign is kept; one that varies from run to run; what no model explains; the difference between models
-    that cannot be told apart.
-    """
-
-    name: Annotated[str, Doc("Name: the readings, or a stated input.")]
-    kind: Literal["readings", "effects", "common", "per run", "inadequacy", "models"]
-    columns: Annotated[tuple[Floats, ...], Doc("A row for each value; their products are its covariance.")]
-    mean: Annotated[float, Doc("What is stated of a stated input, in SI.")] = 0.0
-    u: Annotated[float, Doc("Standard uncertainty of a stated input, in SI.")] = 0.0
-    unit: Annotated[str, Doc("SI unit of a stated input.")] = "1"
-    dof: Annotated[float | None, Doc("Degrees of freedom; null where infinite.")] = None
-
-
-@dataclass(frozen=True)
-class Supported:
-    """Joint distribution of what all blocks share, under the models that the data support.
-
-    One model, or the mean over those that the data cannot tell apart, each as probable as its evidence says. `stated`:
-    the same by the model as stated, on the same data with the same noise; NaN where that does not have it.
-    """
-
-    names: Annotated[tuple[str, ...], Doc("Parameters, by name.")]
-    units: Annotated[tuple[str, ...], Doc("Their SI units.")]
-    values: Annotated[Floats, Doc("Estimates.")]
-    sources: Annotated[tuple[Source, ...], Doc("Their covariance, by cause.")]
-    stated: Annotated[Floats, Doc("Estimates by the model as stated.")]
-    stated_u: Annotated[Floats, Doc("Their standard uncertainties.")]
-
-    @property
-    def u(self) -> Floats:
-        """Standard uncertainty of every value."""
-        squares = [[x * x for part in self.sources for x in part.columns[at]] for at in range(len(self.names))]
-        return tuple(sqrt(sum(row)) for row in squares)
 
 
 @dataclass(frozen=True)
