@@ -2,19 +2,8 @@
 
 from __future__ import annotations
 
-from functools import reduce
-from operator import or_
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Any
 
-from pydantic import Field
-
-from metrology.methods import METHODS
-
-if TYPE_CHECKING:
-    from metrology.declaration.conduct import Test as AnyTest
-if not TYPE_CHECKING:
-    AnyTest = Annotated[reduce(or_, (method.test for method in METHODS.values())), Field(discriminator="method")]
-    """A test by any of the methods, which its key `method` names."""
 from metrology.campaign.schema import Campaign
 
 TITLE = "Campaign file of the metrology package"

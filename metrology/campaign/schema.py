@@ -58,6 +58,7 @@ from metrology.declaration.ensembles import Ensemble
 from metrology.declaration.entry import Entry
 from metrology.declaration.fits import Correlation, Fit
 from metrology.declaration.identity import Instrument, Party, Report
+from metrology.declaration.monte_carlo import MonteCarlo
 from metrology.declaration.quantity import Mass, Stated
 from metrology.declaration.samples import Sample
 from metrology.declaration.scalars import Filled, Id, Integer, Probability, SymbolTable, Table, Text
@@ -77,7 +78,6 @@ if TYPE_CHECKING:
 if not TYPE_CHECKING:
     AnyTest = Annotated[reduce(or_, (method.test for method in METHODS.values())), Field(discriminator="method")]
     """A test by any of the methods, which its key `method` names."""
-from metrology.declaration.monte_carlo import MonteCarlo
 
 FORMAT = "metrology-campaign/1"
 

@@ -2,22 +2,12 @@
 
 from __future__ import annotations
 
-from functools import reduce
-from operator import or_
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from pydantic import Field
 
 from metrology.declaration.entry import Entry
 from metrology.declaration.scalars import Integer, ranged
-from metrology.methods import METHODS
-
-if TYPE_CHECKING:
-    from metrology.declaration.conduct import Test as AnyTest
-if not TYPE_CHECKING:
-    AnyTest = Annotated[reduce(or_, (method.test for method in METHODS.values())), Field(discriminator="method")]
-    """A test by any of the methods, which its key `method` names."""
-
 
 Digits = Annotated[Integer, ranged(1, 4, "1, 2, 3 or 4 significant digits of u", closed=True)]
 Trials = Annotated[Integer, ranged(1000, 10**7, "1000 to 10000000 trials", closed=True)]

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
 from metrology.declaration.entry import Entry
 from metrology.declaration.quantity import Area, Density, Length, LinearDensity, Stated
 from metrology.declaration.scalars import Day, SymbolTable, Text
-
-if TYPE_CHECKING:
-    pass
 
 
 class Round(Entry):

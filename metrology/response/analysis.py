@@ -26,12 +26,12 @@ from metrology.gum.inputs import Component, Input
 from metrology.message import said
 from metrology.response.finding import GivenValue, PaperResult, ResponseFinding
 from metrology.response.presentation import equations, fitted_runs, inputs_after, model_text, sought
+from metrology.response.test import ResponseTest
 from metrology.rig import Rig, engines
 from metrology.timeseries import Channel
 
 if TYPE_CHECKING:
     from metrology.diagnosis import Diagnosis
-from metrology.response.test import ResponseTest
 
 Progress = Callable[[str], None]
 

@@ -4,15 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 from metrology import estimation
 from metrology.estimation import MeasuredRun, Prior
 from metrology.gum.inputs import Input
 from metrology.rig import Rig
-
-if TYPE_CHECKING:
-    pass
 
 
 @dataclass(frozen=True)

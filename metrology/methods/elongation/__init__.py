@@ -15,6 +15,7 @@ from metrology.gum.inputs import Component, Input
 from metrology.message import said
 from metrology.method import Analysed, Files, Loading, Method, Output, Task, instruments
 from metrology.method.model import HeldParameter
+from metrology.methods.elongation.schema import ElongationInstruments, ElongationTest, Load
 from metrology.units.dimensions import quoted
 
 if TYPE_CHECKING:
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
     from metrology.gum.evaluation import Contribution
     from metrology.method.declared import Declared
     from metrology.method.model import Model
-from metrology.methods.elongation.schema import ElongationInstruments, ElongationTest, Load
 
 COLUMNS = (
     Column("load", kind="text"),

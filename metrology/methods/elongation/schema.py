@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import ClassVar, Literal
 
 from pydantic import Field, model_validator
 
@@ -12,9 +12,6 @@ from metrology.declaration.quantity import Acceleration, Density, HangingForce, 
 from metrology.declaration.readings import Readings
 from metrology.declaration.scalars import Id
 from metrology.declaration.scalars import Table as Named
-
-if TYPE_CHECKING:
-    pass
 
 
 class Load(Entry):

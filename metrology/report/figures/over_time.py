@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from metrology.report.figures.shapes import Pen
 from metrology.report.figures.sketch import Sketch
 from metrology.report.figures.style import BAND, decimate, plain
-
-if TYPE_CHECKING:
-    pass
 
 SYMBOLS = {"rad": "φ", "rad/s": "φ′"}
 """Unit of a channel → its symbol, where that is not the channel's own."""

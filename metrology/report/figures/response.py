@@ -13,6 +13,7 @@ from metrology.coordinate import QUANTITIES
 from metrology.language.catalogue import ENGLISH, Language
 from metrology.language.display import number, percent, scale
 from metrology.message import said
+from metrology.report.figures.over_time import SHADE, SYMBOLS, band, largest, shaded, spread, stroke, symbol, whole
 from metrology.report.figures.shapes import Pen
 from metrology.report.figures.sketch import Sketch
 from metrology.report.figures.style import BAND, BLUE, FULL, GREY, INK, ORANGE, Plot, plain
@@ -22,7 +23,6 @@ from metrology.response import ChannelFit, FittedRun, ResponseFinding
 if TYPE_CHECKING:
     from metrology.report.figures import Job, Subject
     from metrology.timeseries import Trace
-from metrology.report.figures.over_time import SHADE, SYMBOLS, band, largest, shaded, spread, stroke, symbol, whole
 
 NAMES = {channels[name].unit: channels[name].word for channels in QUANTITIES.values() for name in "xvT"}
 """Unit of a channel → what it is."""
