@@ -69,7 +69,7 @@ def _refuse_characters(path: Path, text: str) -> None:
 
 
 def syntax_fault(path: Path, text: str, error: yaml.YAMLError) -> Fault:
-    """What is told of a text that YAML cannot read."""
+    """What is reported of a text that YAML cannot read, with its place and how to mend it."""
     mark = getattr(error, "problem_mark", None) or getattr(error, "context_mark", None)
     if mark is None:
         where = f"{path}:{text.count(chr(10), 0, getattr(error, 'position', 0)) + 1}"

@@ -17,7 +17,7 @@ class Source:
 
     `kind`: scatter of the readings; what is not known of the effects; a stated input, which acts on all blocks alike
     and whose sign is kept; one that varies from run to run; what no model explains; the difference between models
-    that cannot be told apart.
+    that cannot be distinguished.
     """
 
     name: Annotated[str, Doc("Name: the readings, or a stated input.")]

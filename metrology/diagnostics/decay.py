@@ -182,7 +182,7 @@ class Decay:
         return found
 
     def _apart_at_mains(self) -> int:
-        """Frequencies about all multiples of the mains that the longest record tells apart."""
+        """Frequencies about all multiples of the mains that the longest record distinguishes (`sets.price`)."""
         multiples = int(HIGHEST * 0.5 / self.records[0].step / self.test.mains)
         return max(multiples, 1) * math.ceil(2 * self._about_mains() * self.longest)
 

@@ -37,9 +37,9 @@ def price(candidate: Candidate, count: int, blocks: int) -> float:
     """Ln of what the parameters of an effect cost: each has a prior as wide as one reading determines it.
 
     Unit information, ½·ln n a parameter (Kass & Wasserman, J. Am. Stat. Assoc. 90 (1995) 928); 3/2·ln n for the
-    frequency of a line, whose information grows with n³ (Djurić, IEEE Trans. Signal Process. 44 (1996) 1744): n of them
-    are told apart, or fewer where it may lie in some bands only; ln of the number of places for a shape that is tried
-    place by place, or of which readings tell few values apart.
+    frequency of a line, whose information grows with n³ (Djurić, IEEE Trans. Signal Process. 44 (1996) 1744): one of n,
+    or of fewer where it may lie in some bands only; ln of the number of places for a shape that is tried place by
+    place, or of which readings distinguish few values.
 
     Parameters
     ----------

@@ -24,6 +24,7 @@ from metrology.gum.monte_carlo import (
 from metrology.gum.rounding import tolerance
 
 SURE = 3.0
+"""Standard deviations of a figure of Monte Carlo by which it is clear of a limit: beyond by chance in 1 of 370."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +45,7 @@ class Claim:
 
     @property
     def reference(self) -> float:
-        """The law's u where it can serve as the measure of δ, else NaN."""
+        """The u of the GUM uncertainty framework where it can be the measure of δ, else NaN."""
         return self.u if isfinite(self.u) and self.u > 0 else nan
 
 
@@ -106,7 +107,7 @@ def chosen(claims: tuple[Claim, ...], trials: Trials, plan: Plan) -> float:
 
 
 def _contradicted(claim: Claim, batches: Floats, digits: int) -> bool:
-    """Whether an end of the law's interval lies beyond δ, so that an interval of the draws is the one to report."""
+    """Whether an end of the framework's interval lies beyond δ, so that an interval of the draws is reported."""
     if claim.coverage.low is None or claim.coverage.high is None or not isfinite(claim.reference):
         return True
     low, high = float(batches[:, LOW].mean()), float(batches[:, HIGH].mean())
