@@ -15,7 +15,7 @@ import math
 
 import numpy as np
 
-from metrology.rig.kernel import (  # isort: skip - in the kernel's own order
+from metrology.rig.kernel.layout import (  # isort: skip - in the kernel's own order
     M, K, C, TAUT, MASS_FACTOR, LENGTH_SHIFT, GAIN, DELAY, CLOCK_X, CLOCK_V, CLOCK_T, START_X, START_V,
     ATTACHMENT, TOGETHER, BOTH_WAYS, NO_LINE, BELOW, STRETCHED, LIFTED,
     W_EXCESS, W_PULL, RELEASE, FORCE, START, OK, TOO_MANY_EVENTS, CHATTER, NOT_FINITE,
@@ -252,7 +252,7 @@ def touch(attachment, x, v, k, c):
 
 
 def note(code, contact, held):
-    """One number for what happened, as `kernel.note` has it."""
+    """One number for what happened, as `kernel.march.note` has it."""
     return code * 100 + contact * 10 + (1 if held else 2)
 
 
@@ -263,7 +263,7 @@ def keep(legs, row, pulls, x, v, drive, tension, since, until):
 
 
 def march(p, kind, start, edges, forces, legs, times, codes):
-    """Follow one run from event to event; gives status, events, legs, last time (see `kernel.march_many`)."""
+    """Follow one run from event to event; gives status, events, legs, last time (see `kernel.march.march_many`)."""
     attachment = kind[ATTACHMENT]
     m, k, c, taut = float(p[M] * p[MASS_FACTOR]), float(p[K]), float(p[C]), float(p[TAUT] + p[LENGTH_SHIFT])
     t, release, end, delay = float(start[2]), float(start[3]), float(start[4]), float(p[DELAY])
@@ -328,7 +328,7 @@ def march(p, kind, start, edges, forces, legs, times, codes):
 
 
 def march_many(many, kind, start, edges, forces, grids, spans, spacings, outs, times, codes, states, legs):
-    """Follow one run for each row of parameters in `many`, as `kernel.march_many` does."""
+    """Follow one run for each row of parameters in `many`, as `kernel.march.march_many` does."""
     table = np.empty((4, BLOCK))
     for row in range(many.shape[0]):
         p = many[row]

@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from metrology.rig import closed, hooks, kernel, segments, tangent
+from metrology.rig.kernel.march import march_many
 
 log = logging.getLogger("metrology.rig")
 _compiling = threading.Lock()
@@ -38,8 +39,8 @@ WITHIN = {"tension", "pull", "stretch", "net_force"}
 PROGRAMS = {
     # Higher levels cost more time to compile and gain nothing here, but for the long loops of the closed form.
     "base": Program((closed,), "march_many", "base model", 2),
-    "kernel": Program((kernel, tangent), "march_many", "equation of motion", 1),
-    "tangent": Program((kernel, tangent), "trace", "derivatives", 1),
+    "kernel": Program(kernel.MODULES + tangent.MODULES, "march_many", "equation of motion", 1),
+    "tangent": Program(kernel.MODULES + tangent.MODULES, "trace", "derivatives", 1),
 }
 
 
@@ -76,14 +77,16 @@ def _allocating(modules: tuple[ModuleType, ...]) -> set[str]:
 @lru_cache(maxsize=1)
 def interpreted() -> Kernel:
     """Return the kernel as it stands: slow, needs nothing."""
-    return kernel.march_many
+    return march_many
 
 
 @lru_cache(maxsize=2)
 def numpy(base: bool = False) -> Kernel:
     """Return the kernel with its linear segments vectorised by NumPy, or the closed form of the `base` model so."""
-    module, instead = (closed, {"write": segments.write}) if base else (kernel, {"linear_leg": segments.linear_leg})
-    march: Kernel = _copy((module,), lambda function: function, instead)["march_many"]
+    modules, instead = (
+        ((closed,), {"write": segments.write}) if base else (kernel.MODULES, {"linear_leg": segments.linear_leg})
+    )
+    march: Kernel = _copy(modules, lambda function: function, instead)["march_many"]
     return march
 
 
@@ -204,19 +207,19 @@ def _rehearse(compiled: Kernel, program: Program) -> None:
 
     rig, run = Rig(1.0, 4.0), Run.sampled([0.0, 1.0], -0.1, 0.1)
     if program.entry == "trace":
-        follow(rig, run, ("k",), (kernel.march_many, compiled))
+        follow(rig, run, ("k",), (march_many, compiled))
     else:
         vectors = np.array(rig.vector(), ndmin=2)
         march_rows(compiled, pack(rig, run, vectors), vectors, closed in program.modules)
 
 
-def cache_folder(version: str, modules: tuple[ModuleType, ...] = (kernel,)) -> Path | None:
+def cache_folder(version: str, modules: tuple[ModuleType, ...] = kernel.MODULES) -> Path | None:
     """Folder for the compiled modules, named by a hash of all that goes into them; None where none can be written.
 
     `METROLOGY_CACHE` names another place than the user's cache folder.
     """
-    # All of them take their constants from the kernel; what is compiled hangs on how it is done, too.
-    files = [str(kernel.__file__), *(str(module.__file__) for module in modules), __file__]
+    # All of them take their constants from the kernel's layout; what is compiled hangs on how it is done, too.
+    files = [str(kernel.layout.__file__), *(str(module.__file__) for module in modules), __file__]
     source = hooks.key() + b"".join(Path(file).read_bytes() for file in files)
     key = hashlib.sha256(source + version.encode() + sys.version.encode()).hexdigest()[:16]
     named = os.environ.get("METROLOGY_CACHE") or os.environ.get("XDG_CACHE_HOME")

@@ -11,7 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from metrology.message import said
-from metrology.rig import hooks, kernel
+from metrology.rig import hooks
+from metrology.rig.kernel import layout
+from metrology.rig.kernel.steps import LEG_STEPS
 from metrology.rig.model import ATTACHMENTS, Rig
 from metrology.rig.motion import CHANNELS, Event
 from metrology.rig.parameters import BASE, EFFECTS, INDEX, PARAMETERS, SILENT
@@ -20,15 +22,15 @@ from metrology.rig.run import Array, Run, frozen
 Whole = NDArray[np.int64]
 NONE = math.nan
 _NULLS = np.array([NONE if one.null is None else one.null for one in PARAMETERS.values()])
-_CLOCKS = [kernel.CLOCK_X, kernel.CLOCK_V, kernel.CLOCK_T]
+_CLOCKS = [layout.CLOCK_X, layout.CLOCK_V, layout.CLOCK_T]
 _CURVED = [INDEX[name] for effect in EFFECTS for name in hooks.sizes(effect, curved=True)]
-_STATES = [*([place] for place in (kernel.FRAME, kernel.FRAME, kernel.ARM, kernel.ARM, kernel.APPENDAGE,
-                                   kernel.APPENDAGE, kernel.ZENER, kernel.SECOND, kernel.HYSTERESIS, kernel.LAG)),
+_STATES = [*([place] for place in (layout.FRAME, layout.FRAME, layout.ARM, layout.ARM, layout.APPENDAGE,
+                                   layout.APPENDAGE, layout.ZENER, layout.SECOND, layout.HYSTERESIS, layout.LAG)),
            [INDEX[name] for name in hooks.timed()]]  # fmt: skip
-"""For each inner state the parameters that call for it, in the order of `kernel.FRAME_U` and so on."""
+"""For each inner state the parameters that call for it, in the order of `layout.FRAME_U` and so on."""
 _READS = [INDEX[name] for name in SILENT]
-_CLOSED = [*range(len(BASE)), *_READS, *_CLOCKS, kernel.MASS_FACTOR, kernel.LENGTH_SHIFT, kernel.GAIN, kernel.DELAY,
-           kernel.START_X, kernel.START_V]  # fmt: skip
+_CLOSED = [*range(len(BASE)), *_READS, *_CLOCKS, layout.MASS_FACTOR, layout.LENGTH_SHIFT, layout.GAIN, layout.DELAY,
+           layout.START_X, layout.START_V]  # fmt: skip
 """What the closed form of the base model carries."""
 _SHAPES = [at for effect in EFFECTS for at in (INDEX[one.name] for one in effect.parameters[effect.sizes :])]
 _OTHERS = np.array(sorted({*range(len(PARAMETERS))} - {*_CLOSED, *_SHAPES}))
@@ -43,7 +45,7 @@ NO_ADDED = frozen(np.empty((3, 0)))
 
 
 class Packed(NamedTuple):
-    """A run as the kernel takes it (see `kernel.march_many`)."""
+    """A run as the kernel takes it (see `kernel.march.march_many`)."""
 
     kind: Whole
     at: Whole
@@ -103,15 +105,15 @@ def _pack(rig: Rig, run: Run, on: NDArray[np.bool_]) -> Packed:
         np.array([run.x0, run.v0, run.t0, release, max(run.end, release)]),
         edges, forces, slopes, added, grids, tuple(one[0] for one in evenness), tuple(one[1] for one in evenness),
         on, sags, linear, base and not (slopes.any() or added.size), reads, bool(on[_CLOCKS].any()),
-        kernel.MAX_EVENTS + edges.size,
+        layout.MAX_EVENTS + edges.size,
     )  # fmt: skip
 
 
 def _is_fast_enough(vectors: Array) -> bool:
     if len(vectors) == 1:  # plain numbers, for the sake of short motions
         value = vectors.item
-        return value(kernel.K) >= SLOWEST * value(kernel.M) * value(kernel.MASS_FACTOR)
-    return bool((vectors[:, kernel.K] >= SLOWEST * vectors[:, kernel.M] * vectors[:, kernel.MASS_FACTOR]).all())
+        return value(layout.K) >= SLOWEST * value(layout.M) * value(layout.MASS_FACTOR)
+    return bool((vectors[:, layout.K] >= SLOWEST * vectors[:, layout.M] * vectors[:, layout.MASS_FACTOR]).all())
 
 
 @lru_cache(maxsize=256)
@@ -119,11 +121,11 @@ def _kind(
     attachment: str, line_weight: str, on_bytes: bytes, together: bool
 ) -> tuple[Whole, Whole, bool, bool, bool, tuple[hooks.Added, ...]]:
     on = np.frombuffer(on_bytes, dtype=bool)
-    at, n = np.full(len(_STATES), kernel.NOTHING), 2
+    at, n = np.full(len(_STATES), layout.NOTHING), 2
     for state, places in enumerate(_STATES):
         if on[places].any():
             at[state], n = n, n + 1
-    sags = line_weight == "elastic catenary" or bool(on[kernel.SAG])
+    sags = line_weight == "elastic catenary" or bool(on[layout.SAG])
     weighs = line_weight == "catenary" and not sags
     linear = not (sags or weighs or on[_CURVED].any())
     kind = np.array([ATTACHMENTS.index(attachment), int(weighs), n, int(together)])
@@ -150,10 +152,10 @@ def no_tableau() -> tuple[Array, ...]:
 def effective(vectors: Array, sags: bool) -> Array:
     """Fold stated values and what they are off by into the numbers of the equation."""
     p = vectors.copy()
-    p[:, kernel.M] *= p[:, kernel.MASS_FACTOR]
-    p[:, kernel.TAUT] += p[:, kernel.LENGTH_SHIFT]
+    p[:, layout.M] *= p[:, layout.MASS_FACTOR]
+    p[:, layout.TAUT] += p[:, layout.LENGTH_SHIFT]
     if sags:
-        p[:, kernel.SAG] += p[:, kernel.WEIGHT]
+        p[:, layout.SAG] += p[:, layout.WEIGHT]
     return p
 
 
@@ -162,35 +164,35 @@ def read_channels(run: Run, packed: Packed, vectors: Array, outs: tuple[Array, .
     stamps = (run.t_x, run.t_v, run.t_T)
     if packed.reads:
         outs = hooks.read(outs, stamps, run.t0, vectors, packed.reads)
-    elif packed.kind[kernel.TOGETHER]:
+    elif packed.kind[layout.TOGETHER]:
         return outs
     return tuple(None if t is None else out for t, out in zip(stamps, outs, strict=True))
 
 
 _SENTENCES = {
-    kernel.TOO_MANY_STEPS: "at {reached:.6g} s the motion took more than {steps} steps; a rate of the rig may be far "
+    layout.TOO_MANY_STEPS: "at {reached:.6g} s the motion took more than {steps} steps; a rate of the rig may be far "
     "too fast for the length of the run: look at frame.frequency, zener.time, thrust.lag and cubic.stiffness.",
-    kernel.TOO_MANY_EVENTS: "at {reached:.6g} s the motion had more than {events} changes of contact or sliding; the "
+    layout.TOO_MANY_EVENTS: "at {reached:.6g} s the motion had more than {events} changes of contact or sliding; the "
     "line may bounce without damping: look at c and the length of the run.",
-    kernel.CHATTER: "at {reached:.6g} s the motion changed its regime again and again without time passing; two "
+    layout.CHATTER: "at {reached:.6g} s the motion changed its regime again and again without time passing; two "
     "effects may contradict each other there: leave one out.",
-    kernel.NOT_FINITE: "at {reached:.6g} s the motion left all bounds; a line that softens may have lost its "
+    layout.NOT_FINITE: "at {reached:.6g} s the motion left all bounds; a line that softens may have lost its "
     "stiffness: look at cubic.stiffness.",
-    kernel.LINE_TOO_SHORT: "at {reached:.6g} s the motion went so far that both ends of the line met: look at the "
+    layout.LINE_TOO_SHORT: "at {reached:.6g} s the motion went so far that both ends of the line met: look at the "
     "start position and `length`.",
 }
 
 
 def outcome(status: int, reached: float) -> str:
     """Sentence for a motion that did not reach its end; empty for one that did."""
-    if status == kernel.OK:
+    if status == layout.OK:
         return ""
-    limits = {"steps": kernel.LEG_STEPS, "events": kernel.MAX_EVENTS}
+    limits = {"steps": LEG_STEPS, "events": layout.MAX_EVENTS}
     return said(_SENTENCES[status], reached=float(reached), **limits)
 
 
-_PLAIN = {kernel.CLAMP: "clamp slip", kernel.W_TOE: "toe", kernel.W_TOE_BACK: "toe", kernel.FORCE: "force",
-          kernel.RELEASE: "release"}  # fmt: skip
+_PLAIN = {layout.CLAMP: "clamp slip", layout.W_TOE: "toe", layout.W_TOE_BACK: "toe", layout.FORCE: "force",
+          layout.RELEASE: "release"}  # fmt: skip
 
 
 def story(times: Array, codes: Whole) -> tuple[Event, ...]:
@@ -200,14 +202,14 @@ def story(times: Array, codes: Whole) -> tuple[Event, ...]:
     for t, code in zip(times.tolist(), codes.tolist(), strict=True):
         what, was_contact, was_slide = code // 100, contact, slide
         contact, slide = code // 10 % 10, code % 10 - 1
-        if what == kernel.START:
+        if what == layout.START:
             continue
         kinds = [_PLAIN[what]] if what in _PLAIN else []
-        if (contact == kernel.STRETCHED) != (was_contact == kernel.STRETCHED):
-            kinds.append("taut" if contact == kernel.STRETCHED else "slack")
-        if (slide == 0) != (was_slide == 0) and what != kernel.RELEASE:
+        if (contact == layout.STRETCHED) != (was_contact == layout.STRETCHED):
+            kinds.append("taut" if contact == layout.STRETCHED else "slack")
+        if (slide == 0) != (was_slide == 0) and what != layout.RELEASE:
             kinds.append("stick" if slide == 0 else "slip")
-        elif what == kernel.W_SPEED:
+        elif what == layout.W_SPEED:
             kinds.append("turn")
         events += [Event(t, kind) for kind in kinds]
     return tuple(events)

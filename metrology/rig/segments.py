@@ -11,7 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from metrology.rig import closed, kernel
+from metrology.rig import closed
+from metrology.rig.kernel.layout import BLOCK
+from metrology.rig.kernel.samples import BARY, BEFORE, EVEN, NODES, fine, is_dense
+from metrology.rig.kernel.zeros import dip, is_quiet, linear_event
 from metrology.rig.run import Array
 
 SCAN = 64
@@ -27,7 +30,7 @@ def linear_leg(
     last: bool, grids: Any, spans: Any, spacings: Any, shifts: Array, firsts: NDArray[np.int64], outs: Any,
     budget: int, together: bool, tables: Array, leaps: Array, kept: Array, work: Array,
 ) -> tuple[float, int, int]:  # fmt: skip
-    """Follow a linear regime from `t` to its first event, or to `stop`: `kernel.linear_leg`, vectorised."""
+    """Follow a linear regime from `t` to its first event, or to `stop`: `kernel.samples.linear_leg`, vectorised."""
     length, which, steps = _event(A, W, G, n, reached, omega, Y, stop - t, leaps[3], kept[3:])
     ends, last = (stop, last) if which < 0 else (t + length, False)
     del together, work  # shared wherever stamps are the same
@@ -41,7 +44,7 @@ def linear_leg(
             end = min(int(spans[channel][first]), stopped - 1)
             stamp = float(grid[first] - shift)
             alone = int(next(iter(recurs[np.searchsorted(recurs, first) :]), stopped))
-            if kernel.is_dense(grid, first, alone, reached):
+            if is_dense(grid, first, alone, reached):
                 begun = _after(A, reached, Y, stamp - t)
                 outs[channel][first:alone] = _read_even(
                     A, reached, begun, rows[channel], grid[first:alone], channel, caches
@@ -51,7 +54,7 @@ def linear_leg(
                 outs[channel][first] = rows[channel] @ _after(A, reached, Y, stamp - t)
             else:
                 _tabulate(A, reached, rows[channel], spacings[channel][first], channel, caches)
-                blocks = (end - first) // kernel.BLOCK + 1
+                blocks = (end - first) // BLOCK + 1
                 key = (stamp, float(spacings[channel][first]), blocks)
                 if key not in known:
                     known[key] = _leapfrog(_after(A, reached, Y, stamp - t), leaps[channel], blocks)
@@ -66,18 +69,18 @@ def linear_leg(
 def _read_even(
     A: Array, reached: float, Y: Array, row: Array, grid: Array, channel: int, caches: tuple[Array, Array, Array]
 ) -> Array:
-    """Samples of a channel by polynomials through even nodes (see `kernel.read_even`); `Y` is at the first of them."""
+    """Samples by polynomials through even nodes (`kernel.samples.read_even`); `Y` is at the first of them."""
     tables, leaps, _ = caches
-    dt = kernel.fine(grid, 0, len(grid), reached)
+    dt = fine(grid, 0, len(grid), reached)
     _tabulate(A, reached, row, dt, channel, caches)
-    where = (grid - grid[0]) / dt + kernel.BEFORE
-    blocks = (int(where[-1]) + kernel.NODES) // kernel.BLOCK + 1
-    nodes = (_leapfrog(_after(A, reached, Y, -kernel.BEFORE * dt), leaps[channel], blocks).T @ tables[channel]).ravel()
-    first = where.astype(np.int64) - kernel.BEFORE
-    apart = (where - first)[:, np.newaxis] - kernel.EVEN
+    where = (grid - grid[0]) / dt + BEFORE
+    blocks = (int(where[-1]) + NODES) // BLOCK + 1
+    nodes = (_leapfrog(_after(A, reached, Y, -BEFORE * dt), leaps[channel], blocks).T @ tables[channel]).ravel()
+    first = where.astype(np.int64) - BEFORE
+    apart = (where - first)[:, np.newaxis] - EVEN
     exact = apart == 0.0
-    basis = np.where(exact.any(axis=1, keepdims=True), exact, kernel.BARY / np.where(exact, 1.0, apart))
-    values = nodes[first[:, np.newaxis] + np.arange(kernel.NODES)]
+    basis = np.where(exact.any(axis=1, keepdims=True), exact, BARY / np.where(exact, 1.0, apart))
+    values = nodes[first[:, np.newaxis] + np.arange(NODES)]
     samples: Array = (basis * values).sum(axis=1) / basis.sum(axis=1)
     return samples
 
@@ -90,9 +93,9 @@ def _tabulate(
         return
     kept[channel] = dt
     E, done = _grow(A, reached, dt), 1
-    table = np.empty((len(row), kernel.BLOCK))
+    table = np.empty((len(row), BLOCK))
     table[:, 0] = row
-    while done < kernel.BLOCK:
+    while done < BLOCK:
         table[:, done : 2 * done] = table[:, :done] + E.T @ table[:, :done]
         E, done = 2.0 * E + E @ E, 2 * done
     tables[channel], leaps[channel] = table, E
@@ -112,7 +115,7 @@ def _leapfrog(Y: Array, leap: Array, blocks: int) -> Array:
 
 
 def _grow(A: Array, reached: float, h: float) -> Array:
-    """exp(A·h) − 1 (see `kernel.grow`)."""
+    """exp(A·h) − 1 (see `kernel.exponential.grow`)."""
     halvings = max(0, int(np.ceil(np.log2(max(reached * h / 0.25, 1.0)))))
     B = A * (h / 2.0**halvings)
     E = np.zeros_like(A)
@@ -144,9 +147,9 @@ def _after(A: Array, reached: float, Y: Array, h: float) -> Array:
 def _event(
     A: Array, W: Array, G: Array, n: int, reached: float, omega: float, Y: Array, length: float, E: Array, kept: Array
 ) -> tuple[float, int, int]:
-    """First event of a linear regime within `length` (see `kernel.linear_event`)."""
+    """First event of a linear regime within `length` (see `kernel.zeros.linear_event`)."""
     live = np.flatnonzero((W[:, :-1] != 0).any(axis=1) | (W[:, -1] < 0))
-    if live.size == 0 or length <= 0.0 or kernel.is_quiet(Y, A, W, n, Y[n + 1]):
+    if live.size == 0 or length <= 0.0 or is_quiet(Y, A, W, n, Y[n + 1]):
         return length, -1, 0
     h = min(1.0 / omega if omega > 0.0 else 0.25 * length, length)
     if kept[0] != h:
@@ -165,7 +168,7 @@ def _event(
             if which >= 0:
                 return done + at * h + root, which, steps + at
         done, here, steps = done + count * h, states[:, -1], steps + count
-        if kernel.is_quiet(here, A, W, n, here[n + 1]):
+        if is_quiet(here, A, W, n, here[n + 1]):
             break
     return length, -1, steps
 
@@ -176,7 +179,7 @@ def _first_root(
     """First event within one step of the search: the power series of what is watched, in plain numbers."""
     if reached * span > 2.0:
         scratch = np.empty((11, 40))
-        root, which, _ = kernel.linear_event(
+        root, which, _ = linear_event(
             A, W, G, n, reached, 0.0, Y, span, 99, np.empty((n + 3, n + 3)), np.zeros(1), scratch
         )
         return root, which
@@ -193,7 +196,7 @@ def _first_root(
             if start <= 0.0:
                 low = next((t for t in span * 0.5 ** np.arange(1, 61) if _horner(coefficients, t)[0] > 0.0), 0.0)
         elif start > 0.0:
-            place = kernel.dip(start, rate, end, end_rate, span)
+            place = dip(start, rate, end, end_rate, span)
             high = place if place > 0.0 and _horner(coefficients, place)[0] < 0.0 else -1.0
         high = min(high, first)  # the deepest place may lie beyond the event that is known, the fall before it
         if low < high and _horner(coefficients, high)[0] < 0.0:

@@ -9,13 +9,16 @@ from functools import lru_cache
 
 import numpy as np
 
-from metrology.rig import hooks, kernel, tangent
+from metrology.rig import hooks
+from metrology.rig.kernel import layout
 from metrology.rig.model import Rig
 from metrology.rig.motion import CHANNELS
 from metrology.rig.packing import effective, outcome, pack, tableau
 from metrology.rig.parameters import EFFECTS, INDEX
 from metrology.rig.run import Array, Force, Run, frozen
 from metrology.rig.simulate import march_rows, require_known, simulate, simulate_many
+from metrology.rig.tangent.differences import STAMPS
+from metrology.rig.tangent.trace import trace as differentiate
 
 NODES = 8
 """Nodes of the collocation: over the longest step, 2 rad of the line, it errs by less than 1e-7."""
@@ -142,7 +145,7 @@ def _programs(engine: str) -> tuple[March, March] | None:
     from metrology.rig import engines
 
     if engine == "interpreted":
-        return engines.interpreted(), tangent.trace
+        return engines.interpreted(), differentiate
     march, trace = engines.loaded("kernel"), engines.loaded("tangent")
     return None if march is None or trace is None else (march, trace)
 
@@ -162,17 +165,17 @@ def follow(
     packed = pack(rig, run, values)
     if "sag.weight" in names and packed.linear:
         packed = packed._replace(pair=tableau())  # nonlinear steps, which the motion itself does not need
-    legs = np.empty((packed.most_events + 2, kernel.LEG))
+    legs = np.empty((packed.most_events + 2, layout.LEG))
     outs, states, _, _ = march_rows(programs[0], packed, values, False, legs)
     status, _, reached, _ = states[0].tolist()
     message = outcome(int(status), reached)
     true = [channel[0] for channel in outs]
-    own = {tangent.STAMPS - 1 - at: len(names) + at for at in range(pushes.shape[1])}
+    own = {STAMPS - 1 - at: len(names) + at for at in range(pushes.shape[1])}
     found = tuple(np.zeros((len(names) + len(own) + 1, channel.size)) for channel in true)
     which = [*(one for one in dict.fromkeys(at for at, _ in plan) if one is not None), *own]
     if which and not message:
         rows = {at: [one for one, _ in plan].index(at) for at in which if at >= 0}
-        first = {**rows, **own, tangent.STAMPS: len(names) + len(own)}
+        first = {**rows, **own, STAMPS: len(names) + len(own)}
         parameters = [rig.parameters[list(INDEX)[max(at, 0)]] for at in which]
         programs[1](
             legs, effective(values, packed.sags)[0], np.array(which),
@@ -195,13 +198,13 @@ def follow(
 def _moved_by(rig: Rig, name: str) -> tuple[int | None, float]:
     """Position in the kernel's vector of the parameter by which `name` acts on the motion, and the factor; or None."""
     if name.startswith("clock."):
-        return tangent.STAMPS, 1.0
+        return STAMPS, 1.0
     if name in hooks.READ:
         return None, 0.0
     if name == "thrust.lag" and rig.value(name) == 0.0:  # a short lag shifts the thrust like a delay
-        return kernel.DELAY, 1.0
+        return layout.DELAY, 1.0
     if name == "weight" and rig.line_weight == "elastic catenary":
-        return kernel.SAG, 1.0
+        return layout.SAG, 1.0
     factor = {"m": rig.value("mass.factor"), "mass.factor": rig.m}.get(name, 1.0)
     return INDEX[_SAME.get(name, name)], factor
 
@@ -215,7 +218,7 @@ def _spread(
         if at is None:
             continue
         for name, channel in zip(CHANNELS, found, strict=True):
-            if at == tangent.STAMPS:
+            if at == STAMPS:
                 if names[row] == f"clock.{name}":
                     channel[row] = channel[-1]
             elif first[at] != row or factor != 1.0:

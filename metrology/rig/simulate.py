@@ -13,15 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from metrology.errors import Fault, MetrologyError
-from metrology.rig import kernel
 from metrology.rig.closed import LEG
+from metrology.rig.kernel import layout
 from metrology.rig.model import Rig
 from metrology.rig.motion import CHANNELS, Motion
 from metrology.rig.packing import Packed, effective, outcome, pack, read_channels, story
 from metrology.rig.parameters import INDEX
 from metrology.rig.run import Array, Run
 
-NO_LEGS = np.empty((0, kernel.LEG))
+NO_LEGS = np.empty((0, layout.LEG))
 MANY = 32
 """Motions in one call from which on loading the compiled kernel pays, where NumPy would do."""
 
@@ -95,7 +95,7 @@ def simulate(rig: Rig, run: Run, *, engine: str = "auto") -> Motion:
     return Motion(
         x=_row(x), v=_row(v), T=_row(T), record=partial(story, times[:events].copy(), codes[:events].copy()),
         status="invalid" if message else "ok", message=message, engine=name,
-        steps=int(steps), states=int(packed.kind[kernel.N]),
+        steps=int(steps), states=int(packed.kind[layout.N]),
     )  # fmt: skip
 
 
