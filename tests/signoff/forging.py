@@ -28,8 +28,9 @@ Pair = tuple[Any, x509.Certificate]
 
 
 def signed_by(content: bytes, role: str, signer: signoff.Signer, **options: Any) -> bytes:
-    """The file with a signature that nobody refused."""
+    """The file with a signature that nobody refused, and with a change that comes with it."""
     writer = IncrementalPdfFileWriter(BytesIO(content))
+    options.pop("change", lambda _: None)(writer)
     first = not [one for one in writer.prev.embedded_signatures if one.field_name != role]
     stamper, box = options.pop("timestamper", None), options.pop("box", None)
     metadata = PdfSignatureMetadata(
