@@ -69,8 +69,8 @@ def difference(made: bytes, found: bytes) -> str:
         ours, theirs = PdfReader(BytesIO(made)), PdfReader(BytesIO(found))
         if more := _catalog(theirs) - _catalog(ours):
             return f"the file has {', '.join(sorted(more))}"
-        if more := _attached(theirs) - _attached(ours):
-            return f"the attached {min(more)[0]} is another one"
+        if other := _attached(theirs) - _attached(ours):
+            return f"the attached {min(other)[0]} is another one"
         if len(ours.pages) != len(theirs.pages):
             return f"{len(theirs.pages)} pages for {len(ours.pages)}"
         pairs = enumerate(zip(ours.pages, theirs.pages, strict=True), 1)

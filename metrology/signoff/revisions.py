@@ -108,8 +108,8 @@ def _same(one: Any, other: Any, added: Container[str], fields: list[Any]) -> boo
         return isinstance(other, list) and list(other) in (list(one), [*one, *fields])
     if not isinstance(one, dict) or one.get("/Type") not in ("/Catalog", "/Page"):
         return bool(one == other)
-    lists = (_listed(page, "/Annots") for page in (one, other))
-    return _without(one, added) == _without(other, added) and _same(*lists, (), fields)
+    notes = _listed(one, "/Annots"), _listed(other, "/Annots")
+    return _without(one, added) == _without(other, added) and _same(*notes, (), fields)
 
 
 def _fields(within: Any) -> list[Any]:
