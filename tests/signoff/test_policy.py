@@ -306,3 +306,15 @@ def test_refusal_to_sign_with_a_certificate_that_an_ocsp_response_names_as_revok
     (lab.folder / "author.ocsp").write_bytes(answering(lab.root, lab.people["author"][1], days=(-90, -60), at=-70))
     assert sign(lab, made, "author", "--policy", lab.policy("revocation: {files: [author.ocsp]}")) == 2
     assert "got one that was revoked on" in capsys.readouterr().err
+
+
+def test_refusal_to_sign_a_report_that_the_trail_does_not_know(lab, made, capsys) -> None:
+    """The line of the signature would make it known, and `verify` find nothing wrong any more."""
+    other = made.parent / "other"
+    shutil.copytree(made, other)
+    lines = (other / audit_trail.NAME).read_bytes()
+    (other / audit_trail.NAME).write_bytes(audit_trail.extended(b"", "report", {"report.pdf": b"another"}))
+    assert sign(lab, other, "author") == 2
+    assert "audit trail: no entry knows this report" in capsys.readouterr().err
+    (other / audit_trail.NAME).write_bytes(lines)
+    assert sign(lab, other, "author") == 0
