@@ -106,6 +106,11 @@ def render(
         raise _unusable(
             templates, f"{type(error).__name__}: {error}", "a template that uses what findings hold"
         ) from error
+    except (ArithmeticError, LookupError, ValueError, RecursionError) as error:
+        if templates is None:
+            raise
+        got = f"{type(error).__name__}: {error}"
+        raise _unusable(templates, got, "a template whose expressions have a value") from error
 
 
 def standalone(page: Page) -> str:
@@ -181,6 +186,8 @@ def _environment(
 
     if templates is not None and not templates.is_dir():
         raise _unusable(templates, "no such folder", "a folder with templates, such as a copy of ours")
+    if templates is not None and not allow_code:
+        _refuse_links(templates)
     kind = Environment if templates is None or allow_code else SandboxedEnvironment
     environment = kind(
         loader=FileSystemLoader([*([templates] if templates else []), ours()]),
@@ -219,6 +226,14 @@ def _environment(
         "unit": unit_text,
     }
     return environment
+
+
+def _refuse_links(templates: Path) -> None:
+    """Refuse a folder in which a name leads elsewhere: what is included by it, such as a key, would be printed."""
+    home = templates.resolve()
+    for path in templates.rglob("*"):
+        if not path.resolve().is_relative_to(home):
+            raise _unusable(templates, f"{path.name}, a link that leads elsewhere", "plain files, or --allow-code")
 
 
 def policy(sheets: list[tuple[str, str]]) -> str:

@@ -11,6 +11,7 @@ from metrology.signoff.keys import as_asn1
 
 if TYPE_CHECKING:
     from cryptography.x509 import Certificate
+    from cryptography.x509.ocsp import OCSPResponse
 
     from metrology.signoff.opened import Opened
     from metrology.signoff.policy import Policy
@@ -55,8 +56,12 @@ class Evidence:
         )
 
     def revoked(self, certificate: Certificate) -> datetime | None:
-        """When a certificate was revoked, as a list of its issuer says, however old the list is."""
-        found = [when for issuer in self._issuers(certificate) for when in self._listed(certificate, issuer)]
+        """When a certificate was revoked, as a list or an answer of its issuer says, however old that is."""
+        found = [
+            when
+            for issuer in self._issuers(certificate)
+            for when in (*self._listed(certificate, issuer), *self._answered(certificate, issuer))
+        ]
         return min(found, default=None)
 
     def _issuers(self, certificate: Certificate) -> Iterator[Certificate]:
@@ -76,6 +81,50 @@ class Evidence:
                 entry = found.get_revoked_certificate_by_serial_number(certificate.serial_number)
                 if entry is not None:
                     yield entry.revocation_date_utc
+
+    def _answered(self, certificate: Certificate, issuer: Certificate) -> Iterator[datetime]:
+        """By OCSP responses, of the issuer or of whom it certified for that."""
+        from cryptography.hazmat.primitives.hashes import Hash
+        from cryptography.x509 import ocsp
+
+        for one in self.responses:
+            found = ocsp.load_der_ocsp_response(one.dump())
+            if found.response_status is not ocsp.OCSPResponseStatus.SUCCESSFUL or not _answers(found, issuer):
+                continue
+            for single in found.responses:
+                name = Hash(single.hash_algorithm)
+                name.update(issuer.subject.public_bytes())
+                own = (single.serial_number, single.issuer_name_hash) == (certificate.serial_number, name.finalize())
+                if own and single.revocation_time_utc is not None:
+                    yield single.revocation_time_utc
+
+
+def _answers(response: OCSPResponse, issuer: Certificate) -> bool:
+    """Whether a response is signed by an issuer, or by a certificate for OCSP that it gave."""
+    from cryptography import x509
+    from cryptography.exceptions import InvalidSignature
+    from cryptography.hazmat.primitives.asymmetric import ec, padding, rsa
+    from cryptography.x509.oid import ExtendedKeyUsageOID
+
+    for one in (issuer, *response.certificates):
+        key, digest = one.public_key(), response.signature_hash_algorithm
+        try:
+            if one != issuer:
+                one.verify_directly_issued_by(issuer)
+                usage = one.extensions.get_extension_for_class(x509.ExtendedKeyUsage).value
+                if ExtendedKeyUsageOID.OCSP_SIGNING not in usage:
+                    continue
+            signed = response.signature, response.tbs_response_bytes
+            if isinstance(key, rsa.RSAPublicKey) and digest is not None:
+                key.verify(*signed, padding.PKCS1v15(), digest)
+            elif isinstance(key, ec.EllipticCurvePublicKey) and digest is not None:
+                key.verify(*signed, ec.ECDSA(digest))
+            else:
+                continue
+        except (InvalidSignature, x509.ExtensionNotFound, ValueError, TypeError):
+            continue
+        return True
+    return False
 
 
 def gather(policy: Policy, opened: Opened | None = None) -> Evidence:

@@ -104,6 +104,12 @@ class Opened:
             return None
 
     @property
+    def declared_otherwise(self) -> bool:
+        """Whether the attached campaign file names other signatories than `results.json`."""
+        stated = self.declared_signatories()
+        return stated not in (None, tuple((one.role, one.name, one.function) for one in self.required))
+
+    @property
     def inputs(self) -> tuple[Input, ...]:
         """Files that went in; the campaign file first."""
         stated = self.stated["inputs"]

@@ -16,7 +16,6 @@ COVER = 2
 """Pages on which the table of results begins, at most: page 1, or the next where there is much to be noted."""
 _NUMBER = re.compile(r"(?<![\w.])([−-]?\d+(?:[.,]\d+)?)(?:×10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+))?(?![\w.]*\w)")
 _POWERS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
-_OF_SIGNATURES = {"/AcroForm", "/DSS", "/Perms", "/Extensions", "/Version"}
 _PAINTING = {"f", "F", "f*", "B", "B*", "b", "b*", "S", "s", "sh", "Do", "BI", "INLINE IMAGE"}
 
 
@@ -55,9 +54,9 @@ def numbers(content: bytes) -> Iterator[list[Number]]:
 
 
 def difference(made: bytes, found: bytes) -> str:
-    """Where the pages of one PDF show other words, numbers or drawings than those of another; empty if nowhere.
+    """Where one PDF, before it is signed, shows other words, numbers or drawings than another; empty if nowhere.
 
-    Spaces and line breaks, which hang on fonts, and signatures count for nothing.
+    So do attachments and actions. Spaces, line breaks and places, which hang on fonts, count for nothing.
 
     Raises
     ------
@@ -70,6 +69,8 @@ def difference(made: bytes, found: bytes) -> str:
         ours, theirs = PdfReader(BytesIO(made)), PdfReader(BytesIO(found))
         if more := _catalog(theirs) - _catalog(ours):
             return f"the file has {', '.join(sorted(more))}"
+        if other := _attached(theirs) - _attached(ours):
+            return f"the attached {min(other)[0]} is another one"
         if len(ours.pages) != len(theirs.pages):
             return f"{len(theirs.pages)} pages for {len(ours.pages)}"
         pairs = enumerate(zip(ours.pages, theirs.pages, strict=True), 1)
@@ -85,9 +86,15 @@ def _other(mine: Any, theirs: Any) -> str:
     return "something else is drawn on it" if _painted(mine) != _painted(theirs) else ""
 
 
+def _attached(reader: Any) -> frozenset[tuple[str, bytes]]:
+    """Name and content of every attachment, both contents where a file gives two: one viewer shows one of them."""
+    found = ((one.name, one.pdf_object["/EF"]) for one in reader.attachment_list)
+    return frozenset((name, stream.get_object().get_data()) for name, held in found for stream in held.values())
+
+
 def _catalog(reader: Any) -> frozenset[str]:
     root = reader.trailer["/Root"]
-    return frozenset(str(key) for key in (*root.keys(), *root.get("/Names", {}).keys())) - _OF_SIGNATURES
+    return frozenset(str(key) for key in (*root.keys(), *root.get("/Names", {}).keys()))
 
 
 def _painted(page: Any) -> Counter[str]:
@@ -95,17 +102,18 @@ def _painted(page: Any) -> Counter[str]:
     operations = contents.operations if contents is not None else ()
     found = Counter(_operator(operator) for _, operator in operations)
     kept = Counter({name: count for name, count in found.items() if name in _PAINTING})
-    kept["annotations"] = len([one for one in page.get("/Annots", []) if not _is_field(one.get_object())])
-    return kept
+    return kept + Counter(_annotated(one.get_object()) for one in page.get("/Annots", []))
+
+
+def _annotated(annotation: Any) -> str:
+    """What an annotation is, whether it is drawn, and where it leads."""
+    action = annotation.get("/A", {})
+    drawn = "/AP" in annotation or "/AA" in annotation
+    return f"{annotation.get('/Subtype')} {drawn} {action.get('/S')} {action.get('/URI')} {annotation.get('/Dest')}"
 
 
 def _operator(operator: bytes | str) -> str:
     return operator.decode("latin-1") if isinstance(operator, bytes) else operator
-
-
-def _is_field(annotation: Any) -> bool:
-    """Whether an annotation is the place of a signature, which none of ours draws."""
-    return str(annotation.get("/FT", "")) == "/Sig"
 
 
 def _numbers(text: str) -> Iterator[Number]:

@@ -218,11 +218,11 @@ def _pages(opened: Opened, sources: Mapping[str, bytes] | None, templates: Path 
 def _other_bytes(made: bytes, opened: Opened) -> Check:
     """Pages that are not the same bytes: other words or drawings, or the same ones by other native libraries."""
     try:
-        where = printed.difference(made, opened.content)
+        where = printed.difference(made, opened.unsigned)
     except ValueError as error:
         where = f"pages that cannot be read back ({error})"
     if not where:
-        sentence = f"laid out again from {RESULTS}, the pages show the same words and drawings, by other bytes"
+        sentence = f"laid out again from {RESULTS}, the pages show the same words and as many drawings, by other bytes"
         return unchecked("pages", f"{sentence}: other native libraries (Pango, HarfBuzz), or other fonts")
     return failed(
         "pages",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree as ET
 
@@ -28,12 +28,19 @@ def faults(opened: Opened) -> Iterator[str]:
         yield "several signatures were added at once"
     if any(not _validation_data(opened, number) for number in others):
         yield "something else than signatures was added to the report"
+    # No signature before the first tells what came with it, and each later one covers that.
+    if 1 in signed and not _signature_alone(opened):
+        yield "something else was added together with the first signature"
     if any(_described(opened, number) != _described(opened, 0) for number in range(1, opened.revisions)):
         yield "what the file says of itself, such as its title, was changed"
     if readable and not _reaches_the_end(opened, readable):
         yield "it goes on behind the last signature"
     if any(_visible(embedded.sig_field) for embedded in readable):
         yield "a signature is drawn on a page, where it may cover what is printed"
+    if any(ACTIONS & embedded.sig_field.keys() for embedded in readable):
+        yield "a signature has an action, which a viewer may run"
+    if len(_fields(opened.reader)) != len(readable):
+        yield "its form has other fields than signatures, and what they show may cover what is printed"
 
 
 def _validation_data(opened: Opened, number: int) -> bool:
@@ -64,6 +71,64 @@ def _validation_data(opened: Opened, number: int) -> bool:
     except (SuspiciousModification, PdfError):
         return False
     return number > 1  # before the first signature there is nothing to validate
+
+
+ADDED = frozenset({"/AcroForm", "/Perms", "/DSS", "/Extensions", "/Version", "/Metadata"})
+"""What the catalog gets with a signature; of the metadata see `_described`."""
+ACTIONS = frozenset({"/A", "/AA"})
+
+
+def _signature_alone(opened: Opened) -> bool:
+    """Whether the first revision is one signature, and changes nothing that was there.
+
+    It may replace the catalog, which gets a form, and a page, or its list of annotations, which gets the place of the
+    signature; and what the file says of itself.
+    """
+    before, after = (opened.reader.get_historical_resolver(number) for number in (0, 1))
+    try:
+        fields = _fields(after)
+        if after.root_ref != before.root_ref or "/AcroForm" in before.root or len(fields) != 1:
+            return False
+        # Of these `_described` tells.
+        described = [_reference(before.trailer_view, "/Info"), _reference(before.root, "/Metadata")]
+        places = opened.reader.xrefs
+        replaced = [one for one in after.explicit_refs_in_revision() if places.get_historical_ref(one, 0) is not None]
+        return not after.refs_freed_in_revision() and all(
+            _same(before(one), after(one), ADDED if one == after.root_ref else {"/Annots"}, fields)
+            for one in replaced
+            if one not in described
+        )
+    except Exception:  # noqa: BLE001  (a forged file may break any part of the reader)
+        return False
+
+
+def _same(one: Any, other: Any, added: Container[str], fields: list[Any]) -> bool:
+    """Whether an object is what it was, but for what a signature adds to it."""
+    if isinstance(one, list):
+        return isinstance(other, list) and list(other) in (list(one), [*one, *fields])
+    if not isinstance(one, dict) or one.get("/Type") not in ("/Catalog", "/Page"):
+        return bool(one == other)
+    notes = _listed(one, "/Annots"), _listed(other, "/Annots")
+    return _without(one, added) == _without(other, added) and _same(*notes, (), fields)
+
+
+def _fields(within: Any) -> list[Any]:
+    """References to the fields of a form."""
+    return _listed(within.root["/AcroForm"], "/Fields") if "/AcroForm" in within.root else []
+
+
+def _listed(one: Any, key: str) -> list[Any]:
+    """A list wherever in the file it stands (`get` would return a mere reference); empty where there is none."""
+    return [*one[key]] if key in one else []
+
+
+def _without(one: Any, keys: Container[str]) -> dict[str, Any]:
+    return {key: one.raw_get(key) for key in one if key not in keys}
+
+
+def _reference(one: Any, key: str) -> Any:
+    found = one.raw_get(key) if key in one else None
+    return getattr(found, "reference", None)
 
 
 NOTED = ("/ModDate", "/Producer")

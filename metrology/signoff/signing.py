@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from metrology.signoff.keys import Signer
     from metrology.signoff.signatures import Signature
 
+OTHERS = "the attached campaign file names others who sign than results.json does"
+
 
 @dataclass(frozen=True)
 class Stamping:
@@ -160,6 +162,9 @@ def _refuse_changed(opened: Opened, given: Sequence[Signature]) -> None:
     """Refuse a file that is not what `metrology report` and earlier signatures left."""
     faults = [f"the signature as {s.role} does not hold: {s.broken}" for s in given if s.broken]
     faults += revisions.faults(opened)
+    faults += [OTHERS] if opened.declared_otherwise else []
+    # Once signed here the trail would know it.
+    faults += [f"{trail.SUBJECT}: {check.sentence}" for check in trail.checks(opened, given) if check.state == "failed"]
     attached = opened.sources()
     if attached:
         faults += [

@@ -13,7 +13,7 @@ from metrology.signoff.certificates import shared, unknown
 from metrology.signoff.opened import Opened, open_report
 from metrology.signoff.policy import Policy
 from metrology.signoff.signatures import Signature
-from metrology.signoff.signing import lacking
+from metrology.signoff.signing import OTHERS, lacking
 from metrology.signoff.stamps import CLOCKS, Stamp
 from metrology.signoff.verdict import Check, Verdict, failed, good, unchecked
 
@@ -116,11 +116,8 @@ def _people(opened: Opened, given: Sequence[Signature], policy: Policy, require:
 
 def _declared_otherwise(opened: Opened) -> Iterator[Check]:
     """A check that fails where the attached campaign file names other signatories than `results.json`."""
-    stated = opened.declared_signatories()
-    if stated is not None and stated != tuple(
-        (person.role, person.name, person.function) for person in opened.required
-    ):
-        yield failed("signatures", "the attached campaign file names others who sign than results.json does")
+    if opened.declared_otherwise:
+        yield failed("signatures", OTHERS)
 
 
 def _count(person: Signatory, count: int) -> str:

@@ -17,6 +17,7 @@ import findings_sample
 import pytest
 from pypdf import PdfReader
 
+from metrology.errors import MetrologyError
 from metrology.findings import Findings, from_json
 from metrology.method.discovery import templates
 from metrology.report import html, write
@@ -237,6 +238,40 @@ def test_law_pdf_is_tagged_and_names_language_and_title(report: Path) -> None:
     assert catalog["/MarkInfo"]["/Marked"]
     assert catalog["/Lang"] == "en"
     assert PdfReader(report / "report.pdf").metadata["/Title"].startswith("Test report TR-2026-001")
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("{{ ''.__class__.__mro__ }}", "access to attribute '__class__' of 'str' object is unsafe"),
+        ("{{ ''|attr('__class__') }}", "'__class__' of 'str' object is unsafe"),
+        ("{{ '{0.__class__}'.format('') }}", "'__class__' of 'str' object is unsafe"),
+        ("{{ fig.__globals__ }}", "'__globals__' of 'method' object is unsafe"),
+        ("{{ lipsum.__globals__ }}", "'__globals__' of 'function' object is unsafe"),
+        ("{{ campaign.__init__.__globals__ }}", "'__init__' of 'CampaignItem' object is unsafe"),
+        ("{% include '../../secret' %}", "no template ../../secret"),
+        ("{{ range(10 ** 9) }}", "OverflowError: Range too big"),
+        ("{{ 1 / 0 }}", "ZeroDivisionError"),
+        ("{{ 'abc'.index('z') }}", "ValueError: substring not found"),
+        ("{% include 'references.html' %}", "RecursionError"),
+    ],
+)
+def test_refusal_template_that_reaches_out_of_the_sandbox_or_has_no_value(
+    text: str, message: str, tmp_path: Path
+) -> None:
+    (tmp_path / "references.html").write_text(text, encoding="utf-8")
+    with pytest.raises(MetrologyError, match=re.escape(message)):
+        html.render(findings_sample.empty(), {}, templates=tmp_path)
+
+
+def test_refusal_link_among_templates_unless_code_is_allowed(tmp_path: Path) -> None:
+    secret, folder = tmp_path / "secret", tmp_path / "mine"
+    secret.write_text("the key", encoding="utf-8")
+    folder.mkdir()
+    (folder / "references.html").symlink_to(secret)
+    with pytest.raises(MetrologyError, match="a link that leads elsewhere"):
+        html.render(findings_sample.empty(), {}, templates=folder)
+    assert "the key" in html.render(findings_sample.empty(), {}, templates=folder, allow_code=True).text
 
 
 @pytest.mark.long

@@ -12,6 +12,7 @@ from asn1crypto import x509 as asn1_x509
 from cryptography import x509
 from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec, rsa
+from cryptography.x509 import ocsp
 from cryptography.x509.oid import NameOID
 from pyhanko.pdf_utils.incremental_writer import IncrementalPdfFileWriter
 from pyhanko.sign import fields
@@ -28,8 +29,9 @@ Pair = tuple[Any, x509.Certificate]
 
 
 def signed_by(content: bytes, role: str, signer: signoff.Signer, **options: Any) -> bytes:
-    """The file with a signature that nobody refused."""
+    """The file with a signature that nobody refused, and with a change that comes with it."""
     writer = IncrementalPdfFileWriter(BytesIO(content))
+    options.pop("change", lambda _: None)(writer)
     first = not [one for one in writer.prev.embedded_signatures if one.field_name != role]
     stamper, box = options.pop("timestamper", None), options.pop("box", None)
     metadata = PdfSignatureMetadata(
@@ -133,3 +135,22 @@ def revoking(root: Pair, *certificates: x509.Certificate, days: tuple[float, flo
         x509.AuthorityKeyIdentifier.from_issuer_public_key(root[0].public_key()), critical=False
     ).add_extension(x509.CRLNumber(1), critical=False)
     return builder.sign(root[0], hashes.SHA256()).public_bytes(serialization.Encoding.DER)
+
+
+def answering(
+    root: Pair,
+    certificate: x509.Certificate,
+    *,
+    by: Pair | None = None,
+    days: tuple[float, float] = (-1, 30),
+    at: float = 0,
+) -> bytes:
+    """An OCSP response, in DER, that a certificate was revoked; by the root, or by whom it certified."""
+    builder = ocsp.OCSPResponseBuilder().add_response(
+        cert=certificate, issuer=root[1], algorithm=hashes.SHA256(), cert_status=ocsp.OCSPCertStatus.REVOKED,
+        this_update=NOW + days[0] * DAY, next_update=NOW + days[1] * DAY, revocation_time=NOW + at * DAY,
+        revocation_reason=None,
+    )  # fmt: skip
+    key, own = by or root
+    builder = builder.responder_id(ocsp.OCSPResponderEncoding.HASH, own).certificates([own])
+    return builder.sign(key, hashes.SHA256()).public_bytes(serialization.Encoding.DER)

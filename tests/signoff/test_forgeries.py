@@ -316,7 +316,41 @@ def scripted(writer: PdfWriter) -> None:
     writer._root_object[NameObject("/OpenAction")] = DictionaryObject(script)
 
 
+def covered(writer: PdfWriter) -> None:
+    """A place for a signature that nobody gives, drawn over page 1."""
+    form = DecodedStreamObject()
+    form.set_data(b"1 1 1 rg 0 0 300 100 re f")
+    form.update(
+        {
+            NameObject("/Subtype"): NameObject("/Form"),
+            NameObject("/BBox"): ArrayObject([FloatObject(x) for x in (0, 0, 300, 100)]),
+        }
+    )
+    drawn = DictionaryObject({NameObject("/N"): writer._add_object(form)})
+    box = ArrayObject([FloatObject(x) for x in (100, 300, 400, 400)])
+    field = DictionaryObject({NameObject("/Subtype"): NameObject("/Widget"), NameObject("/FT"): NameObject("/Sig"), NameObject("/Rect"): box,
+                              NameObject("/T"): TextStringObject("cover"), NameObject("/AP"): drawn})  # fmt: skip
+    page = writer.pages[0]
+    page[NameObject("/Annots")] = ArrayObject([*page.get("/Annots", []), writer._add_object(field)])
+
+
+def relinked(writer: PdfWriter) -> None:
+    """A link becomes a text: as many annotations as before."""
+    note = writer.pages[0]["/Annots"][0].get_object()
+    note[NameObject("/Subtype")], note[NameObject("/Contents")] = NameObject("/FreeText"), TextStringObject("R = 1 ohm")
+
+
+def two_faced(writer: PdfWriter) -> None:
+    """An attached file of two contents: one viewer shows this one, another that."""
+    names = writer._root_object["/Names"]["/EmbeddedFiles"]["/Names"]
+    other = DecodedStreamObject()
+    other.set_data(b"quantity,value\nR,1\n")
+    names[names.index("results.csv") + 1].get_object()["/EF"][NameObject("/F")] = writer._add_object(other)
+
+
 for name, change, words in (("painted", painted, "something else is drawn"), ("noted", noted, "something else is drawn"),
+                            ("covered", covered, "something else is drawn"), ("relinked", relinked, "something else is drawn"),
+                            ("two_faced", two_faced, "the attached results.csv is another one"),
                             ("scripted", scripted, "the file has")):  # fmt: skip
     add(
         f"{name}_before_signing",
@@ -383,6 +417,33 @@ def titled(writer: Any) -> None:
     writer.update_root()
 
 
+def repainted(writer: Any) -> None:
+    page = writer.root["/Pages"]["/Kids"][0]
+    more = generic.StreamObject(stream_data=b"q 1 1 1 rg 100 300 300 100 re f Q")
+    page["/Contents"] = generic.ArrayObject([page.raw_get("/Contents"), writer.add_object(more)])
+    writer.update_container(page)
+
+
+def field_of_text(writer: Any) -> None:
+    """A field that shows a text over page 1."""
+    page = writer.root["/Pages"]["/Kids"][0]
+    field = {"/Subtype": generic.pdf_name("/Widget"), "/FT": generic.pdf_name("/Tx"), "/T": generic.pdf_string("R"),
+             "/V": generic.pdf_string("R = 1 ohm"), "/Rect": generic.ArrayObject([generic.NumberObject(x) for x in (100, 300, 400, 400)])}  # fmt: skip
+    made = writer.add_object(generic.DictionaryObject({generic.pdf_name(k): v for k, v in field.items()}))
+    page["/Annots"] = generic.ArrayObject([*page.get("/Annots", []), made])
+    writer.update_container(page)
+    writer.root["/AcroForm"] = generic.DictionaryObject({generic.pdf_name("/Fields"): generic.ArrayObject([made])})
+    writer.update_root()
+
+
+for change in (hidden, swapped, dropped, stamp_on_page, titled, repainted, field_of_text):
+    name = change.__name__
+    add(
+        f"{name}_with_the_first_signature",
+        lambda lab, c=change: lab.all_sign(lab.sign(lab.base, "author", change=c), ROLES[1:]),
+        "failed",
+        "something else was added together with the first signature",
+    )
 for change in (hidden, swapped, dropped, stamp_on_page, titled):
     name = change.__name__
     add(f"{name}_after_signing", lambda lab, c=change: updated(lab.stages[3], c), "failed", "were changed after it")

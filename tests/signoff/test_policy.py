@@ -13,7 +13,7 @@ import pytest
 from asn1crypto import tsp
 from cryptography.hazmat.primitives import serialization
 from cryptography.hazmat.primitives.serialization import Encoding, NoEncryption, PrivateFormat
-from forging import Pair, authority_of_stamps, issued, revoking, rsa_key, signed_by, signer_of, stamper
+from forging import Pair, answering, authority_of_stamps, issued, revoking, rsa_key, signed_by, signer_of, stamper
 
 from metrology import audit_trail, cli, signoff
 from metrology.errors import MetrologyError
@@ -277,3 +277,44 @@ def test_refusal_nothing_is_added_to_a_broken_trail(campaign: Path, signed: Path
     (signed / audit_trail.NAME).write_bytes(b"{}\n")
     assert cli.main(["run", str(campaign), "--output", str(signed.parent)]) == 2
     assert "a chain that breaks at line 1" in capsys.readouterr().err
+
+
+OCSP_SIGNING = "1.3.6.1.5.5.7.3.9"
+
+
+@pytest.mark.parametrize("days", [(-1, 30), (-90, -60)])
+@pytest.mark.parametrize("by", ["root", "responder", "stranger"])
+def test_refusal_certificate_that_an_ocsp_response_names_as_revoked(lab, made, capsys, by: str, days) -> None:
+    """However old the response is, and only where the authority gave it, or one that it certified for that."""
+    whose = {
+        "root": None,
+        "responder": issued("Answers", lab.root, extended=[OCSP_SIGNING]),
+        "stranger": issued("Answers", lab.root),
+    }
+    content = answering(lab.root, lab.people["author"][1], by=whose[by], days=days, at=days[0])
+    (lab.folder / "author.ocsp").write_bytes(content)
+    policy = lab.policy("revocation: {files: [author.ocsp]}")
+    assert sign(lab, made, "author") == 0
+    capsys.readouterr()
+    cli.main(["verify", str(made), "--policy", str(policy), "--signatures-only", "--json"])
+    author = json.loads(capsys.readouterr().out)["checks"][0]
+    assert ("the certificate was revoked on" in author["sentence"]) == (by != "stranger")
+    assert author["state"] == ("good" if by == "stranger" else "failed")
+
+
+def test_refusal_to_sign_with_a_certificate_that_an_ocsp_response_names_as_revoked(lab, made, capsys) -> None:
+    (lab.folder / "author.ocsp").write_bytes(answering(lab.root, lab.people["author"][1], days=(-90, -60), at=-70))
+    assert sign(lab, made, "author", "--policy", lab.policy("revocation: {files: [author.ocsp]}")) == 2
+    assert "got one that was revoked on" in capsys.readouterr().err
+
+
+def test_refusal_to_sign_a_report_that_the_trail_does_not_know(lab, made, capsys) -> None:
+    """The line of the signature would make it known, and `verify` find nothing wrong any more."""
+    other = made.parent / "other"
+    shutil.copytree(made, other)
+    lines = (other / audit_trail.NAME).read_bytes()
+    (other / audit_trail.NAME).write_bytes(audit_trail.extended(b"", "report", {"report.pdf": b"another"}))
+    assert sign(lab, other, "author") == 2
+    assert "audit trail: no entry knows this report" in capsys.readouterr().err
+    (other / audit_trail.NAME).write_bytes(lines)
+    assert sign(lab, other, "author") == 0

@@ -134,6 +134,14 @@ def test_planted_change_after_signing_is_found(change, signed: int, stages, judg
     assert "something else than signatures was added" in found["file"][1]
 
 
+@pytest.mark.parametrize("change", [hide_page, drop_attachment, swap_attachment])
+def test_planted_change_that_comes_with_the_first_signature_is_found(change, report: Path, judge, signer: Signers):
+    """All signatures cover it, and the bytes before them are those of the report."""
+    found = judge(signed_by(report.read_bytes(), "author", signer("author"), change=change))
+    assert found["author"][0] == "good"
+    assert found["file"] == ("failed", "something else was added together with the first signature")
+
+
 @pytest.mark.long
 @pytest.mark.parametrize("change", [drop_attachment, swap_attachment])
 def test_planted_attachment_that_is_not_the_one_evaluated(change, stages, judge, report: Path, signer: Signers):
