@@ -49,6 +49,8 @@ def records(test: TensionTest) -> Check:
     """
     found = []
     for one in test.mountings:
+        if (strain := one.nominal) is not None:
+            found += raw.strained(one.name, strain[: int(np.argmax(one.force)) + 1])
         channels: dict[str, tuple[Array, str]] = {"force": (one.force, "N")}
         channels |= {said("strain {number}", number=at + 1): (part, "1") for at, part in enumerate(one.strains)}
         if one.crosshead is not None and not one.strains:
