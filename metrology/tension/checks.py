@@ -47,7 +47,7 @@ def records(test: TensionTest) -> Check:
     A crosshead may be read by its steps, or be what was commanded: where an extensometer is, it decides nothing, and
     that its steps are all alike says nothing of it (stamps taken by its steps need not be even).
     """
-    found = []
+    found: list[str] = []
     for one in test.mountings:
         if (strain := one.nominal) is not None:
             found += raw.strained(one.name, strain[: int(np.argmax(one.force)) + 1])
