@@ -41,6 +41,9 @@ FAR = 5.0
 
 CHANCE = 1e-3
 """Probability below which readings that are all multiples of a coarse step are no chance."""
+TWICE = 1.0
+"""Strain at which a specimen is twice as long: a unit or a length that is wrong makes one, and an elastomer, of which
+the laboratory says so."""
 SAME = 1e-6
 """Part of the largest step below which a difference of readings is rounding of their file."""
 
@@ -89,6 +92,15 @@ def faults(channel: Channel, resolution: float = 0.0) -> Iterator[str]:
         yield said("{count} readings are those before them once more", count=twice)
     if count := again(value):
         yield said("{count} readings in a row stand in it twice", count=count)
+
+
+def strained(name: str, strain: Floats) -> Iterator[str]:
+    """What is wrong with the strain of a specimen while it is pulled, in words."""
+    seen = strain[np.isfinite(strain)]
+    span = float(np.ptp(seen)) if len(seen) else 0.0
+    if span >= TWICE:
+        text = "{name}: a strain of {part:.3g} %, so that the unit of a column or a length is wrong"
+        yield said(text, name=name, part=100 * span)
 
 
 def _cut_off(channel: Channel, *, is_noisy: bool) -> Iterator[str]:

@@ -329,6 +329,17 @@ def test_limit_a_bow_that_is_large_and_uncertain_is_not_passed(tmp_path, seed):
     assert "cannot be determined" in check.sentence
 
 
+def test_planted_a_force_that_steps_in_the_middle_of_its_record_is_not_straight(tmp_path):
+    """An amplifier that changes its range: the line over the step is a fifth too stiff, and has no bow."""
+    records = {name: pull(Machine(), np.random.default_rng(seed)) for seed, name in enumerate("abc")}
+    for record in records.values():
+        record["force"][int(0.45 * len(record["force"])) :] *= 1.1
+    found = chain.evaluate(load(written(tmp_path, STRAIN + "    range: {share: [10 %, 80 %]}\n", records)))
+    check = next(one for one in found.tests[0].finding.checks if one.name == "linearity")
+    assert check.passed is False
+    assert "as a step or an S does" in check.sentence
+
+
 def test_law_white_noise_is_no_curve(tmp_path):
     """Of readings that scatter by a tenth of the range the bow is not known to 2 %, and the record is straight."""
     record = pull(replace(Machine(memory=0.0, white=0.0), strain_noise=2e-5, count=300), np.random.default_rng(2))

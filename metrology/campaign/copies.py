@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,7 +18,10 @@ if TYPE_CHECKING:
 Rows = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 WINDOW = 32
 """Readings in a row that are alike in two records: with two levels of noise one in 2³² by chance."""
-
+PARTS = (0.5, 0.125, 0.375, 0.625, 0.875)
+"""Where in a record stretches are taken that are sought in the others: half of one may stand in another."""
+MOVES = 4.0
+"""Usual step of a stretch, over what other digits make, below which it says nothing: a motion that has died away."""
 COMMON = 100
 """Places in each record, on average, at which a step of one column may stand that is looked up."""
 DIGITS = 1e-6
@@ -82,7 +86,7 @@ def _is_whole(one: Record, other: Record) -> bool:
 
 
 def _alike(records: Sequence[Record]) -> Iterator[tuple[int, int, list[str]]]:
-    """Records of which a stretch from the middle stands in another one, reading by reading, or all of it shifted.
+    """Records of which a stretch stands in another one, reading by reading, or all of it shifted.
 
     By their steps, which a constant does not change. Steps of one column are looked up in all records at once; a
     column in which a step stands nearly everywhere, at rest or as it was commanded, tells nothing.
@@ -95,15 +99,21 @@ def _alike(records: Sequence[Record]) -> Iterator[tuple[int, int, list[str]]]:
         every, ends = np.concatenate(steps), np.cumsum([len(part) for part in steps])
         order = np.argsort(every)
         ranked = every[order]
-        for place, at in enumerate(having):
-            window = _window(steps[place])
-            key = int(np.argmax(abs(window)))
-            same = 2 * DIGITS * float(np.ptp(records[at].table.numbers[name]))
-            low, high = np.searchsorted(ranked, (window[key] - same, window[key] + same))
-            if window[key] == 0.0 or high - low > COMMON * len(having):
+        for (place, at), part in product(enumerate(having), PARTS):
+            window = _window(steps[place], part)
+            same = 2 * DIGITS * _span(records[at].table.numbers[name])
+            low, high = (np.searchsorted(ranked, window + sign * same) for sign in (-1, 1))
+            # The rarest steps first, which leave the fewest places.
+            rare = np.argsort(high - low)
+            key = int(rare[0])
+            places = order[low[key] : high[key]]
+            if len(places) > COMMON * len(having) or not _tells(window, same):
                 continue
-            first = order[low:high] - key
-            owner = np.searchsorted(ends, order[low:high], side="right")
+            first = places - key
+            first = first[(first >= 0) & (first + len(window) <= len(every))]
+            for step in rare[1:4].tolist():
+                first = first[abs(every[first + step] - window[step]) <= same]
+            owner = np.searchsorted(ends, first, side="right")
             start = np.concatenate([[0], ends])[owner]
             inside = (first >= start) & (first + len(window) <= ends[owner]) & (owner != place)
             first, owner, start = first[inside], owner[inside], start[inside]
@@ -111,17 +121,29 @@ def _alike(records: Sequence[Record]) -> Iterator[tuple[int, int, list[str]]]:
             hits = (abs(rows - window) <= same).all(axis=1)
             for here, where in zip(first[hits] - start[hits], owner[hits], strict=True):
                 other = records[having[where]]
-                if other.repeats(records[at]) and _holds(other, records[at], int(here)):
+                if other.repeats(records[at]) and _holds(other, records[at], int(here), part):
                     pair = sorted((having[where], at))
                     yield pair[0], pair[1], sorted(other.columns & records[at].columns)
 
 
-def _window(steps: Rows) -> Rows:
-    middle = (len(steps) + 1) // 2
-    return steps[middle : middle + WINDOW - 1] if len(steps) - middle >= WINDOW - 1 else steps[1 - WINDOW :]
+def _tells(window: Rows, same: float) -> bool:
+    """Whether the steps of a stretch are larger than what is taken to be alike."""
+    moves = np.abs(window[window != 0.0])
+    return bool(len(moves)) and float(np.median(moves)) > MOVES * same
 
 
-def _holds(one: Record, other: Record, start: int) -> bool:
+def _span(values: Rows) -> float:
+    """From the lowest reading to the highest one, gaps left out."""
+    seen = values[np.isfinite(values)]
+    return float(np.ptp(seen)) if len(seen) else 0.0
+
+
+def _window(steps: Rows, part: float) -> Rows:
+    first = min(int(part * (len(steps) + 1)), len(steps) + 1 - WINDOW)
+    return steps[first : first + WINDOW - 1]
+
+
+def _holds(one: Record, other: Record, start: int, part: float) -> bool:
     """Whether the stretch stands there in all columns of both.
 
     A stretch in which many readings are like the one before says nothing: channels at rest, or held.
@@ -129,10 +151,10 @@ def _holds(one: Record, other: Record, start: int) -> bool:
     names = sorted(one.columns & other.columns)
     rows, sought = (np.diff(np.column_stack([each.table.numbers[name] for name in names]), axis=0)
                     for each in (one, other))  # fmt: skip
-    span = np.ptp(np.column_stack([one.table.numbers[name] for name in names]), axis=0)
-    window = np.column_stack([_window(column) for column in sought.T])
+    span = np.array([_span(one.table.numbers[name]) for name in names])
+    window = np.column_stack([_window(column, part) for column in sought.T])
     at_rest = (window == 0).all(axis=1)
     here = rows[start : start + len(window)]
     if len(here) < len(window) or at_rest.sum() > WINDOW // 4:
         return False
-    return bool((abs(here - window) <= 2 * DIGITS * span).all())
+    return bool(((abs(here - window) <= 2 * DIGITS * span) | (np.isnan(here) & np.isnan(window))).all())

@@ -47,8 +47,10 @@ def records(test: TensionTest) -> Check:
     A crosshead may be read by its steps, or be what was commanded: where an extensometer is, it decides nothing, and
     that its steps are all alike says nothing of it (stamps taken by its steps need not be even).
     """
-    found = []
+    found: list[str] = []
     for one in test.mountings:
+        if (strain := one.nominal) is not None:
+            found += raw.strained(one.name, strain[: int(np.argmax(one.force)) + 1])
         channels: dict[str, tuple[Array, str]] = {"force": (one.force, "N")}
         channels |= {said("strain {number}", number=at + 1): (part, "1") for at, part in enumerate(one.strains)}
         if one.crosshead is not None and not one.strains:
@@ -68,12 +70,12 @@ def linearity(test: TensionTest, drawn: tuple[Lines, ...]) -> Check:
     """Bow of each record over its range, against its noise and what the classes of the instruments allow.
 
     A line through a curve leaves the curve, which raises u of the bow: a bow beyond `excused` that u alone makes
-    insignificant is not passed.
+    insignificant is not passed. Of a step or an S, which have no bow, no part of the record may be as far off the line.
     """
     from scipy.special import stdtr
 
     worst: tuple[float, float, str, float] = (-1.0, 0.0, "", 0.0)
-    failed, unsure = [], []
+    failed, unsure, off = [], [], []
     for one in drawn:
         line, reading = one.main, one.passage
         span = abs(line.value) * (reading.force[1] - reading.force[0])
@@ -88,6 +90,8 @@ def linearity(test: TensionTest, drawn: tuple[Lines, ...]) -> Check:
         elif abs(line.bow) > allowed + _excused(one, test.tolerance) * span:
             u = f"{100 * line.bow_u / span:.2g}"
             unsure.append(said("{specimen} ({bow:figures} ± {u:figures} %)", specimen=one.mounting.name, bow=bow, u=u))
+        elif (part := _off_line(test, one)) > test.tolerance + _excused(one, test.tolerance):
+            off.append(said("{specimen} ({part:.2g} %)", specimen=one.mounting.name, part=100 * part))
     p = min(1.0, 2 * len(drawn) * float(stdtr(worst[3], -worst[0])))
     if failed:
         sentence = said(
@@ -107,6 +111,15 @@ def linearity(test: TensionTest, drawn: tuple[Lines, ...]) -> Check:
             unsure=tuple(unsure),
         )
         return Check(LINEARITY, worst[0], p, False, sentence)
+    if off:
+        sentence = said(
+            "A part of the record lies off its line by more than noise and the {allowed:.2g} % that the classes of the "
+            "instruments allow, though it does not bow: {off:comma} of the range, as a step or an S does. Choose a "
+            "narrower range, or let it be looked for.",
+            allowed=100 * test.tolerance,
+            off=tuple(off),
+        )
+        return Check(LINEARITY, worst[0], p, False, sentence)
     sentence = said(
         "No record bows by more than its noise and the {allowed:.2g} % that the classes of the instruments allow: "
         "the largest bow is {bow:.2g} % of the range ({specimen}).",
@@ -119,10 +132,35 @@ def linearity(test: TensionTest, drawn: tuple[Lines, ...]) -> Check:
 
 def _excused(one: Lines, tolerance: float) -> float:
     """Bow over the range that noise excuses at most, by the reading that tells the stiffness."""
+    rows = one.passage.rows
+    return excused(one.mounting.force[rows], _tells(one)[rows], tolerance)
+
+
+PARTS = 10
+"""Parts of a record whose means are compared with its line."""
+
+
+def _off_line(test: TensionTest, one: Lines) -> float:
+    """How far the mean of a tenth of the readings is off the line, over the range; less scatter and rounding."""
+    rows, line = one.passage.rows, one.main
+    force, reading = one.mounting.force[rows], _tells(one)[rows]
+    seen = np.isfinite(reading)
+    force, left = force[seen], (reading - line.intercept - line.value * one.mounting.force[rows])[seen]
+    size = abs(line.value) * float(np.ptp(force))
+    if len(left) < 2 * PARTS or not size > 0:
+        return 0.0
+    means = np.array([part.mean() for part in np.array_split(left, PARTS)])
+    scatter = float(np.sqrt(np.mean(np.diff(left, 2) ** 2) / 6 * PARTS / len(left)))
+    key = "strain" if one.strain is not None else "crosshead"
+    rounded = test.division.get(key, 0.0) + abs(line.value) * test.division.get("force", 0.0)
+    return (float(np.abs(means).max()) - FAR * scatter - rounded / 2) / size
+
+
+def _tells(one: Lines) -> Array:
+    """The reading that tells the stiffness."""
     reading = one.mounting.strain if one.strain is not None else one.mounting.crosshead
     assert reading is not None
-    rows = one.passage.rows
-    return excused(one.mounting.force[rows], reading[rows], tolerance)
+    return reading
 
 
 def outlier(test: TensionTest, drawn: tuple[Lines, ...], built: Built) -> Check:

@@ -44,6 +44,28 @@ def test_a_copy_is_found_whatever_constant_was_added(shift):
     assert found == [("copy.csv", "readings 'crosshead, force' of 'first.csv' a second time")]
 
 
+@pytest.mark.parametrize("part", [slice(0, 140), slice(260, 400)])
+def test_a_third_of_a_record_in_another_one_is_found(part):
+    first, other = pull(), pull()
+    other["force"][part] = first["force"][part]
+    found = faults({"a": [record("first.csv", **first), record("mixed.csv", **other)]}, {"a": "line"})
+    assert found == [("mixed.csv", "readings 'crosshead, force' of 'first.csv' a second time")]
+
+
+def test_a_copy_is_found_beside_empty_cells():
+    first = pull()
+    first["force"][[7, 390]] = np.nan
+    other = {**first, "force": first["force"] + 2.5}
+    found = faults({"a": [record("first.csv", **first), record("copy.csv", **other)]}, {"a": "line"})
+    assert found == [("copy.csv", "readings 'crosshead, force' of 'first.csv' a second time")]
+
+
+def test_motions_that_have_died_away_are_no_copies():
+    t = np.arange(4000.0) / 100
+    tables = [record(f"{a}.csv", x=a * np.exp(-t) * np.cos(6 * t + a)) for a in (1.0, 1.1, 1.2)]
+    assert faults({"a": tables}, {"a": "line"}) == []
+
+
 def test_a_record_of_one_sample_is_none_of_another_but_two_tests_may_evaluate_it():
     one = pull()
     tests = {"a": [record("a.csv", **one)], "b": [record("b.csv", **one)]}

@@ -154,6 +154,23 @@ def test_refusal_a_line_that_is_twice_as_long(folder):
     assert "a strain below 100 %" in refused(work, folder)
 
 
+@pytest.mark.long
+@pytest.mark.parametrize("method", ["tension", "relaxation"])
+def test_planted_a_specimen_that_is_twice_as_long_is_not_judged_unless_it_is_accepted(method, folder):
+    """Stretch in um that stands as mm, where nothing is known twice; of an elastomer the laboratory says so."""
+    work = clean(method, bare=True)
+    for name in work.raw:
+        table = work.tables[name]
+        for heading in table.keys() & {"crosshead / mm", "extension / um"}:
+            table[heading] = [1e3 * value for value in table[heading]]
+    findings = evaluated(work, folder)
+    assert findings.conformity == ()
+    assert "failed the check 'raw records'" in reasons(findings)
+    (test,) = work.campaign["tests"].values()
+    test["accepted"] = [{"check": "raw records", "by": "A. Person", "reason": "a band of rubber"}]
+    assert len(evaluated(work, folder).conformity) == 2
+
+
 @pytest.mark.parametrize("way", ["shifted", "cut", "rounded"])
 def test_refusal_a_copy_with_other_stamps_or_fewer_readings(way, folder):
     work = clean("decay")

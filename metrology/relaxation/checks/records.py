@@ -37,7 +37,7 @@ def records(test: RelaxationTest, done: Sequence[Done]) -> Check:
     for one in done:
         channels[one.mounting.name] = Channel(one.mounting.name, one.mounting.time, test.shown(one.mounting)[1], unit)
     found = raw.check(channels, test.force_division if force else test.stretch_division)
-    looked = (_clipped, _cut_off, _coarse, _early, _short)
+    looked = (_clipped, _cut_off, _coarse, _early, _short, _strained)
     still = [words for one in done for check in looked for words in check(test, one)]
     if not still:
         return found
@@ -45,6 +45,14 @@ def records(test: RelaxationTest, done: Sequence[Done]) -> Check:
     if found.passed is False:
         sentence = said("{texts:space}", texts=(found.sentence, sentence))
     return Check(raw.NAME, (found.statistic or 0.0) + len(still), None, False, sentence, effects=())
+
+
+def _strained(test: RelaxationTest, one: Done) -> Iterator[str]:
+    """A strain that no tape has."""
+    shown, length = one.mounting.shown, one.mounting.length
+    if test.by_strain or length is not None:
+        over = 1.0 if test.by_strain or length is None else length.value
+        yield from raw.strained(one.mounting.name, shown / over)
 
 
 def _coarse(test: RelaxationTest, one: Done) -> Iterator[str]:
