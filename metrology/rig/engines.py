@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from metrology.rig import closed, hooks, kernel, segments, tangent
+from metrology.rig import base_samples, closed, hooks, kernel, segments, tangent
 
 log = logging.getLogger("metrology.rig")
 _compiling = threading.Lock()
@@ -82,7 +82,7 @@ def interpreted() -> Kernel:
 @lru_cache(maxsize=2)
 def numpy(base: bool = False) -> Kernel:
     """Return the kernel with its linear segments vectorised by NumPy, or the closed form of the `base` model so."""
-    module, instead = (closed, {"write": segments.write}) if base else (kernel, {"linear_leg": segments.linear_leg})
+    module, instead = (closed, {"write": base_samples.write}) if base else (kernel, {"linear_leg": segments.linear_leg})
     march: Kernel = _copy((module,), lambda function: function, instead)["march_many"]
     return march
 
