@@ -11,6 +11,7 @@ import numpy as np
 from metrology import effect
 from metrology.diagnosis import Diagnosis, Missing, Picture
 from metrology.diagnostics.candidate import ELONGATION, Candidate, untested
+from metrology.diagnostics.direction import STRAIGHT, Direction
 from metrology.diagnostics.engine import rank
 from metrology.diagnostics.families import hats
 from metrology.diagnostics.own import added, declared
@@ -18,7 +19,7 @@ from metrology.diagnostics.plain import STEP, Plain, Readings, Trial
 from metrology.diagnostics.plain_pictures import of_elongation
 from metrology.diagnostics.plain_reported import binned, sizes_of_blocks
 from metrology.diagnostics.scatter import scatter
-from metrology.diagnostics.subject import STRAIGHT, Array, Direction, Fit
+from metrology.diagnostics.subject import Array, Fit
 from metrology.elongation import ElongationTest
 from metrology.elongation.model import force
 from metrology.estimation import Unknown

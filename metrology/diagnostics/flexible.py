@@ -10,10 +10,11 @@ from functools import partial
 import numpy as np
 
 from metrology.coordinate import QUANTITIES
+from metrology.diagnostics.direction import STRAIGHT, Direction
 from metrology.diagnostics.families import Powers, hats, splines
 from metrology.diagnostics.force import thrust
 from metrology.diagnostics.run_paths import Path, path_of, stepped
-from metrology.diagnostics.subject import STRAIGHT, Array, Direction, Fit
+from metrology.diagnostics.subject import Array, Fit
 from metrology.errors import MetrologyError
 from metrology.estimation import MeasuredRun
 from metrology.estimation.problem import Segment

@@ -8,9 +8,10 @@ from dataclasses import replace
 from metrology.coordinate import QUANTITIES
 from metrology.diagnostics import flexible
 from metrology.diagnostics.candidate import Candidate
+from metrology.diagnostics.direction import Direction
 from metrology.diagnostics.settling import Model
 from metrology.diagnostics.spectrum import strongest
-from metrology.diagnostics.subject import Direction, Fit
+from metrology.diagnostics.subject import Fit
 from metrology.diagnostics.wander import WANDER, wanders
 from metrology.estimation.response import values_of
 

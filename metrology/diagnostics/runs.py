@@ -13,6 +13,7 @@ import numpy as np
 from metrology.diagnosis import Missing, Picture
 from metrology.diagnostics import flexible, free_force, settling
 from metrology.diagnostics.candidate import RESPONSE, Candidate, untested
+from metrology.diagnostics.direction import Direction
 from metrology.diagnostics.following import followed
 from metrology.diagnostics.force import missing_force
 from metrology.diagnostics.pictures import of_response
@@ -22,7 +23,7 @@ from metrology.diagnostics.run_needs import lacking_in
 from metrology.diagnostics.scale import scales as sizes_of
 from metrology.diagnostics.settling import Model
 from metrology.diagnostics.spectrum import strongest
-from metrology.diagnostics.subject import Array, Direction, Fit, Marks, Slow, rounded
+from metrology.diagnostics.subject import Array, Fit, Marks, Slow, rounded
 from metrology.diagnostics.trial_motions import null_of, stated, trial, tried
 from metrology.diagnostics.wander import WANDER
 from metrology.effect import Size

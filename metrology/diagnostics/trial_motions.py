@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from metrology.diagnostics.candidate import Candidate
-from metrology.diagnostics.subject import Array, Direction, Fit
+from metrology.diagnostics.direction import Direction
+from metrology.diagnostics.subject import Array, Fit
 from metrology.effect import Size
 from metrology.estimation import Layout, MeasuredRun
 from metrology.estimation.response import motion, values_of
