@@ -2,14 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from types import UnionType
-from typing import Annotated, Any, Union, get_args, get_origin
-
-from pydantic.fields import FieldInfo
-from pydantic_core import PydanticUndefined
-
 from metrology.campaign import diagnosis, judgement
+from metrology.campaign.entry_tables import tables
 from metrology.campaign.schema import Campaign
 from metrology.declaration import branding, component, conduct, declared, fits, identity, quantity, readings, signatures
 from metrology.declaration.component import BOUNDED, WIDTHS
@@ -102,8 +96,6 @@ direction, and their sizes add up in a sum.""",
     "`derived`": "A name in an expression means what `where` says, then a quantity in the scope of `sample`, then one "
     "of the whole campaign. A dash is a minus: names with dashes go under `where`.",
 }
-_NO_DEFAULT: tuple[Any, ...] = (None, "", (), {})
-_SIMPLE = {str: "text", float: "number", int: "whole number", bool: "true or false"}
 
 
 def reference() -> str:
@@ -115,13 +107,13 @@ def reference() -> str:
         "```yaml\n" + CAMPAIGN.format(name="tape", path="campaigns/tape/campaign.yaml").rstrip() + "\n```",
         _QUANTITIES,
     ]
-    parts += _tables((quantity.Stated, component.StatedComponent))
+    parts += tables((quantity.Stated, component.StatedComponent))
     parts += [_DISTRIBUTIONS, _NAMES.format(results=_results())]
     for heading, entries in _SECTIONS:
         parts.append(f"## {heading}")
         if heading in _REMARKS:
             parts.append(_REMARKS[heading])
-        parts += _tables(entries)
+        parts += tables(entries)
     rows = "\n".join(f"| `{name}` | {method.columns} |" for name, method in METHODS.items())
     return "\n\n".join(part.strip() for part in [*parts, _READINGS.replace("ROWS", rows), _LIMITS]) + "\n"
 
@@ -132,77 +124,6 @@ def _results() -> str:
         for word, method in METHODS.items()
     ]
     return "; ".join(rows)
-
-
-def _tables(entries: tuple[type[Entry], ...]) -> Iterator[str]:
-    for entry in entries:
-        about = (entry.__doc__ or "").strip().partition("\n")[0]
-        rows = [_row(field.alias or name, field) for name, field in entry.model_fields.items()]
-        yield "\n".join(
-            [f"**{about}**", "", "| key | meaning | value | default | example |", "|---|---|---|---|---|", *rows]
-        )
-
-
-def _row(name: str, field: FieldInfo) -> str:
-    default = "**required**" if field.is_required() else _default(field.get_default(call_default_factory=True))
-    example = f"`{field.examples[0]}`" if field.examples else ""
-    cells = (f"`{name}`", field.description or "", _value(field), default, example)
-    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
-
-
-def _default(value: Any) -> str:
-    if value is PydanticUndefined or value in _NO_DEFAULT:
-        return ""
-    written = _written(value)
-    return f"`{written}`" if written not in ("", "{}") else ""
-
-
-def _written(value: Any) -> str:
-    """A default as a user would write it."""
-    if isinstance(value, quantity.Stated):
-        return value.value
-    if isinstance(value, Entry):
-        entries = ((key, getattr(value, key)) for key in type(value).model_fields)
-        return f"{{{', '.join(f'{key}: {_written(entry)}' for key, entry in entries if entry not in _NO_DEFAULT)}}}"
-    if isinstance(value, tuple):
-        return f"[{', '.join(map(_written, value))}]"
-    return str(value).lower() if isinstance(value, bool) else str(value)
-
-
-def _value(field: FieldInfo) -> str:
-    """The kind of value in words, with the unit of the dimension that is due."""
-    unit = (field.json_schema_extra or {}).get("x-unit") if isinstance(field.json_schema_extra, dict) else None
-    kind = _kind(field.annotation)
-    return f"{kind} in `{unit}`" if unit else kind
-
-
-def _kind(annotation: Any) -> str:
-    origin, arguments = get_origin(annotation), get_args(annotation)
-    if origin is Annotated:
-        units = [extra.json_schema_extra["x-unit"] for extra in arguments[1:] if _has_unit(extra)]
-        return _kind(arguments[0]) + (f" in `{units[0]}`" if units else "")
-    if origin in (Union, UnionType):
-        kinds = dict.fromkeys(_kind(argument) for argument in arguments if argument is not type(None))
-        return " or ".join(kinds)
-    if origin is tuple:
-        return f"list of {_kind(arguments[0])}"
-    if origin is not None and hasattr(origin, "keys"):
-        return f"{_kind(arguments[1])} by name"
-    if origin is not None:
-        return ", ".join(f"`{argument}`" for argument in arguments)
-    if isinstance(annotation, type) and issubclass(annotation, quantity.Stated):
-        return "quantity"
-    if isinstance(annotation, type) and issubclass(annotation, Entry):
-        return "mapping"
-    return _SIMPLE.get(annotation, "date")
-
-
-def _has_unit(extra: Any) -> bool:
-    return (
-        isinstance(extra, FieldInfo)
-        and isinstance(extra.json_schema_extra, dict)
-        and "x-unit" in extra.json_schema_extra
-    )
 
 
 _HEAD = """

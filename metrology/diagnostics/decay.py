@@ -18,6 +18,7 @@ from metrology.diagnosis import Diagnosis, Missing, Picture
 from metrology.diagnostics.candidate import DECAY as TABLE
 from metrology.diagnostics.candidate import Candidate, untested
 from metrology.diagnostics.decay_laws import unlisted
+from metrology.diagnostics.direction import Direction
 from metrology.diagnostics.engine import rank
 from metrology.diagnostics.overlays import overlying, sought_apart, with_overlays
 from metrology.diagnostics.plain import Plain, Readings, Trial, plain_values
@@ -25,7 +26,7 @@ from metrology.diagnostics.plain_pictures import of_decay
 from metrology.diagnostics.plain_reported import binned
 from metrology.diagnostics.release import BENDS, BENT, FORCES, HARMONICS, LEVELS, LINES, MOTION, STEPS, Record
 from metrology.diagnostics.release_cut import cut, parts
-from metrology.diagnostics.subject import Array, Direction, Fit, Slow
+from metrology.diagnostics.subject import Array, Fit, Slow
 from metrology.errors import Fault, MetrologyError
 from metrology.estimation import Unknown
 from metrology.message import said

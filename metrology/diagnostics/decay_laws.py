@@ -9,10 +9,11 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from metrology.coordinate import QUANTITIES
+from metrology.diagnostics.direction import STRAIGHT, Direction
 from metrology.diagnostics.families import Powers, hats, splines
 from metrology.diagnostics.plain import GAIN
 from metrology.diagnostics.release import MOTION, Path, Record
-from metrology.diagnostics.subject import STRAIGHT, Array, Direction
+from metrology.diagnostics.subject import Array
 from metrology.rig import Rig
 
 KNOTS = 9

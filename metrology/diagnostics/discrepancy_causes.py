@@ -6,15 +6,12 @@ import math
 
 import numpy as np
 
-from metrology.diagnosis import Explanation, Judgement
-from metrology.diagnostics.discrepancy_setting import Known, Setting
+from metrology.diagnosis import Explanation
+from metrology.diagnostics.discrepancy_setting import Setting
+from metrology.diagnostics.discrepancy_stated import BEYOND, judged, rounded, sized, stated_size
 from metrology.diagnostics.elongation import Elongation
 from metrology.elongation import ElongationTest
-from metrology.gum.rounding import significant
 from metrology.message import said
-
-BEYOND = 3.0
-"""Standard uncertainties beyond which something stated or measured speaks against a cause."""
 
 
 def every_cause(test: ElongationTest, setting: Setting, rho: float, u: float) -> list[Explanation]:
@@ -24,12 +21,6 @@ def every_cause(test: ElongationTest, setting: Setting, rho: float, u: float) ->
         *shape, *_damage(setting, rho, u), _frame(setting, rho, u),
         _clamp(test, setting, rho, u), _force(test, rho, u), _indicator(test, rho, u), _expected(setting, rho),
     ]  # fmt: skip
-
-
-def _judged(tension: float | None, *, data: bool = False) -> Judgement:
-    if tension is None or abs(tension) <= BEYOND:
-        return "allowed"
-    return "against these data" if data else "against what is stated"
 
 
 def _sections(setting: Setting, rho: float, u: float) -> list[Explanation]:
@@ -54,13 +45,13 @@ def _sections(setting: Setting, rho: float, u: float) -> list[Explanation]:
         )
         found.append(
             Explanation(
-                f"section.{name}", said(_OF_SECTION[name]), needed, needed_u, unit, _judged(tension),
+                f"section.{name}", said(_OF_SECTION[name]), needed, needed_u, unit, judged(tension),
                 tension,
-                (_stated(stated, unit),
+                (stated_size(stated, unit),
                  said("E and its reference are of the metal; a damaged or thinner part is weaker at the same length")),
                 said(measurement, dimension=name, steps=steps),
                 said(power, percent=100 * abs(1 - rho), times=abs(1 - rho) / 0.005),
-                said(sentence, dimension=name, needed=_sized(needed, unit), stated=_sized(stated.value, unit),
+                said(sentence, dimension=name, needed=sized(needed, unit), stated=sized(stated.value, unit),
                      times=tension or 0.0),
             )
         )  # fmt: skip
@@ -72,24 +63,6 @@ _OF_SECTION = {
     "area": "Area of the section",
 }  # fmt: skip
 """Dimension → what it is the dimension of."""
-
-
-def _stated(one: Known, unit: str) -> str:
-    """What is stated of a length or an area, in mm or mm²; without a standard uncertainty where none is."""
-    size, text = (1e-6, "mm²") if unit == "m²" else (1e-3, "mm")
-    if one.u is None or not one.u > 0:
-        return said("stated is {value:.5g} {unit}, without an uncertainty", value=one.value / size, unit=text)
-    stated = f"{' ± '.join(significant(one.value / size, one.u / size))} {text}"
-    return said("stated is {stated:figures}", stated=stated)
-
-
-def _sized(value: float, unit: str) -> str:
-    return f"{value / 1e-6:.4g} mm²" if unit == "m²" else f"{value / 1e-3:.4g} mm"
-
-
-def _rounded(one: Known) -> str:
-    """A value to the last digit that its uncertainty leaves."""
-    return significant(one.value, one.u)[0] if one.u else f"{one.value:.5g}"
 
 
 def _damage(setting: Setting, rho: float, u: float) -> list[Explanation]:
@@ -126,8 +99,8 @@ def _length(setting: Setting, rho: float, u: float) -> Explanation:
     power = "a steel tape to 1 mm shows the {size:.0f} mm without doubt"
     sentence = "A length of {needed:.4g} m between the clamps instead of {stated:.4g} m would explain it."
     return Explanation(
-        "length", said("Free length"), needed, needed * u / rho, "m", _judged(tension), tension,
-        (_stated(stated, "m"),),
+        "length", said("Free length"), needed, needed * u / rho, "m", judged(tension), tension,
+        (stated_size(stated, "m"),),
         said("measure the length between the clamps under the first load"),
         said(power, size=1e3 * abs(needed - stated.value)),
         said(sentence, needed=needed, stated=stated.value),
@@ -150,7 +123,7 @@ def _frame(setting: Setting, rho: float, u: float) -> Explanation:
             "free decay gives k = {k:figures} N/m, {apart:+.1f} u from the dead loads: a frame that gives alike at "
             "rest and in motion lowers both, so this does not speak against it"
         )
-        evidence.append(said(text, k=_rounded(d), apart=apart))
+        evidence.append(said(text, k=rounded(d), apart=apart))
     for other in setting.others:
         share = needed * other.stiffness.value
         if other.reference is not None:
@@ -181,7 +154,7 @@ def _frame(setting: Setting, rho: float, u: float) -> Explanation:
     )
     sentence = "A frame that gives {needed:.3g} ± {u:.2g} nm/N would explain it."
     return Explanation(
-        "frame", said("Frame and clamps in series"), needed, needed_u, "m/N", _judged(tension, data=True), tension,
+        "frame", said("Frame and clamps in series"), needed, needed_u, "m/N", judged(tension, data=True), tension,
         tuple(evidence), said(measurement),
         said(power, moved=1e6 * moved, force=BEYOND * 1e-6 / max(abs(moved), 1e-300), times=BEYOND),
         said(sentence, needed=1e9 * needed, u=1e9 * needed_u),
@@ -213,7 +186,7 @@ def _clamp(test: ElongationTest, setting: Setting, rho: float, u: float) -> Expl
     sentence = "A slip of {needed:.3g} µm from the smallest to the largest load, in every repeat, would explain it."
     return Explanation(
         "clamp", said("Slip in the clamps"), needed, u * span / setting.stiffness.value, "m",
-        _judged(tension, data=True), tension, tuple(evidence),
+        judged(tension, data=True), tension, tuple(evidence),
         said("marks on the sample at both clamps, read before and after a cycle"),
         said(power, size=1e6 * abs(needed), times=abs(needed) / 5e-6), said(sentence, needed=1e6 * needed),
     )  # fmt: skip
@@ -240,7 +213,7 @@ def _force(test: ElongationTest, rho: float, u: float) -> Explanation:
     tension = abs(1 - rho) / stated if stated > 0 else None
     sentence = "Loads that are {percent:+.1f} % from the stated ones would explain it."
     return Explanation(
-        "force", said("Loads"), 1 / rho - 1, u / rho**2, "1", _judged(tension), tension,
+        "force", said("Loads"), 1 / rho - 1, u / rho**2, "1", judged(tension), tension,
         (said("masses and gravity are stated to {percent:.2g} %", percent=100 * stated),),
         said("weigh the loads again on another balance"), said("any balance of 1 % shows it"),
         said(sentence, percent=100 * (1 / rho - 1)),
@@ -256,7 +229,7 @@ def _indicator(test: ElongationTest, rho: float, u: float) -> Explanation:
     evidence = "over its {span:.3g} mm of travel the indicator is stated to {percent:.2g} %"
     sentence = "An indicator that shows {percent:+.1f} % of its travel too much would explain it."
     return Explanation(
-        "indicator", said("Scale of the indicator"), 1 / rho - 1, u / rho**2, "1", _judged(tension), tension,
+        "indicator", said("Scale of the indicator"), 1 / rho - 1, u / rho**2, "1", judged(tension), tension,
         (said(evidence, span=1e3 * span, percent=100 * stated),), said("gauge blocks over the same travel"),
         said("a gauge block shows {size:.0f} µm at once", size=1e6 * abs(1 - rho) * span),
         said(sentence, percent=100 * (1 / rho - 1)),
@@ -281,7 +254,7 @@ def _expected_stiffness(setting: Setting, rho: float) -> Explanation:
     power = "a method good to 2 % parts {k:.4g} N/m from {reference:.4g} N/m by {times:.1f} standard uncertainties"
     sentence = "A reference of {k:.4g} N/m for this very sample would explain it."
     return Explanation(
-        "reference", said("The reference itself"), k.value, k.u or 0.0, "N/m", _judged(tension), tension,
+        "reference", said("The reference itself"), k.value, k.u or 0.0, "N/m", judged(tension), tension,
         (stated, said("a stiffness depends on length, section and treatment: that of another sample is another one")),
         said("another method on the same sample: the frequency of a free oscillation with a known mass"),
         said(power, k=k.value, reference=reference.value, times=abs(1 - rho) / 0.02), said(sentence, k=k.value),
@@ -303,7 +276,7 @@ def _expected_modulus(setting: Setting, rho: float) -> Explanation:
     power = "a method good to 2 % parts {E:.3g} GPa from {reference:.3g} GPa by {times:.0f} standard uncertainties"
     sentence = "A reference of {E:.3g} GPa for this very material and condition would explain it."
     return Explanation(
-        "reference", said("The reference itself"), needed, spread, "Pa", _judged(tension), tension,
+        "reference", said("The reference itself"), needed, spread, "Pa", judged(tension), tension,
         (stated,
          said("a modulus depends on alloy, rolling and strain: foil worked to its edge is not the bulk of a handbook")),
         said("another method on the same foil: the frequency of a vibrating strip of it, or ultrasound"),

@@ -11,14 +11,15 @@ import numpy as np
 from metrology import effect
 from metrology.diagnosis import Diagnosis, Missing, Picture
 from metrology.diagnostics.candidate import ELONGATION, Candidate, untested
+from metrology.diagnostics.direction import Direction
+from metrology.diagnostics.elongation_laws import unlisted
 from metrology.diagnostics.engine import rank
-from metrology.diagnostics.families import hats
 from metrology.diagnostics.own import added, declared
 from metrology.diagnostics.plain import STEP, Plain, Readings, Trial
 from metrology.diagnostics.plain_pictures import of_elongation
 from metrology.diagnostics.plain_reported import binned, sizes_of_blocks
 from metrology.diagnostics.scatter import scatter
-from metrology.diagnostics.subject import STRAIGHT, Array, Direction, Fit
+from metrology.diagnostics.subject import Array, Fit
 from metrology.elongation import ElongationTest
 from metrology.elongation.model import force
 from metrology.estimation import Unknown
@@ -34,8 +35,6 @@ MANY = 10
 seven a periodic error of the indicator had it together with three other faults."""
 ROUNDED = 1e-9
 """Part of the slope up to which those of the repeats differ by rounding alone."""
-ORDERS = 8
-"""Places over the order of reading at which an unlisted law has a size of its own."""
 
 
 class Elongation:
@@ -202,32 +201,7 @@ class Elongation:
 
     def families(self, _fit: Fit) -> list[Direction]:
         """Extension of any form: of load, of load and direction, of these in each repeat; of the order of reading."""
-        rows = np.concatenate(self.at)
-        order = np.linspace(-0.5, len(rows) - 0.5, ORDERS)
-        whole: Array = np.ones(len(rows))
-        loads = np.unique(self.force)
-        by, back = self.force[rows], self.back[rows]
-        acts = {"extension of load": whole}
-        if 0 < back.mean() < 1:
-            acts["extension of load and direction"] = back - 0.5
-        found = [self._family(name, [(by, loads, one)]) for name, one in acts.items()]
-        found[0] = replace(found[0], rough=True)
-        if len(self.at) > 1:
-            repeats = [np.isin(rows, own).astype(float) for own in self.at]
-            found += [self._family(f"{name} that differs between repeats", [(by, loads, one * own) for own in repeats])
-                      for name, one in acts.items()]  # fmt: skip
-        by_order = self._family("extension of order", [(np.arange(len(rows), dtype=float), order, whole)])
-        return [*found, replace(by_order, listed=STRAIGHT)]
-
-    def _family(self, name: str, parts: Sequence[tuple[Array, Array, Array]]) -> Direction:
-        """Hats over what a law depends on (by reading, places, whether it acts), one part beside the other."""
-        columns: list[Array] = []
-        values: dict[str, float] = {}
-        for number, (by, knots, acts) in enumerate(parts):
-            columns.append(hats(by, knots) * acts[:, None])
-            values |= {f"{name} {number}@{at}": float(knot) for at, knot in enumerate(knots)}
-        ends = np.cumsum([len(own) for own in self.at])[:-1]
-        return Direction(name, values, self.u, tuple(np.split(-np.column_stack(columns), ends)), ways=tuple(values))
+        return unlisted(self.at, self.force, self.back, self.u)
 
     def _phases(self, rows: Rows) -> list[tuple[str, Marks]]:
         back = self.back[rows] > 0

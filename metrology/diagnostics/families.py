@@ -8,9 +8,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from metrology.diagnostics.direction import Direction
 from metrology.diagnostics.line import Line
 from metrology.diagnostics.span import orthonormal, pieces
-from metrology.diagnostics.subject import Array, Blocks, Direction, Marks
+from metrology.diagnostics.subject import Array, Blocks, Marks
 
 SMOOTH = (0.25, 0.5, 1.0)
 """Lengths over which such a law changes, over half of the range, equally probable: the listed laws are as smooth."""

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
@@ -11,14 +10,15 @@ from functools import partial
 import numpy as np
 
 from metrology.coordinate import QUANTITIES
+from metrology.diagnostics.direction import STRAIGHT, Direction
 from metrology.diagnostics.families import Powers, hats, splines
 from metrology.diagnostics.force import thrust
-from metrology.diagnostics.subject import STRAIGHT, Array, Direction, Fit
+from metrology.diagnostics.run_paths import Path, path_of, stepped
+from metrology.diagnostics.subject import Array, Fit
 from metrology.errors import MetrologyError
 from metrology.estimation import MeasuredRun
 from metrology.estimation.problem import Segment
-from metrology.estimation.response import motion
-from metrology.rig import UNREAD, Rig, Run, pushed
+from metrology.rig import Rig, pushed
 
 KNOTS = {"x": 7, "v": 7, "t": 12, "e": 9, "r": 9}
 """Hats of which a smooth force is made, by what it depends on; a pull of the line, of as many cubic splines."""
@@ -44,29 +44,10 @@ CURVE = 5
 """Hats of a curved reading of the load cell."""
 CURVED = "curve"
 """What such a family is, where others are a force."""
-FINE = 40
-"""Steps of force in one natural period."""
-WITHIN = 8
-"""Places of the motion within each, over which a force is averaged: a line comes taut in the midst of a step."""
 
 
 Basis = Callable[[Array], Array]
 """Parts of a law by the quantity that it is a law of, shape (n,) → (n, q)."""
-
-
-@dataclass(frozen=True)
-class Path:
-    """Where one run goes by the model: short steps of force, and what it may depend on at places within each.
-
-    `edges`: when each step begins. `read`: what a pull of the line depends on at each reading of tension; `cell`: what
-    the cell makes of a newton. NaN where the line is slack.
-    """
-
-    edges: Array
-    by: Mapping[str, Array]
-    readings: Array
-    read: Mapping[str, Array]
-    cell: float
 
 
 def directions(rig: Rig, runs: Sequence[MeasuredRun], values: Sequence[dict[str, float]], fit: Fit) -> list[Direction]:
@@ -75,7 +56,7 @@ def directions(rig: Rig, runs: Sequence[MeasuredRun], values: Sequence[dict[str,
     To first order a force f(x) acts as f at the places where the model is anyway; so each is added to the thrust
     as a function of time, and the motion followed again.
     """
-    paths = [_path(rig, run, own) for run, own in zip(runs, values, strict=True)]
+    paths = [path_of(rig, run, own) for run, own in zip(runs, values, strict=True)]
     if any(path is None for path in paths):
         return []
     known = [path for path in paths if path is not None]
@@ -118,40 +99,6 @@ def _hats(name: str, knots: Array, model: Model, paths: Sequence[Path]) -> _Soug
 
     fine = _family(name, close, model, paths, plainly)
     return replace(fine, made=lambda rows: both(fine.made(rows)))
-
-
-def _path(rig: Rig, measured: MeasuredRun, values: dict[str, float]) -> Path | None:
-    run, here = measured.run, rig.with_values(values)
-    step = 2 * math.pi * math.sqrt(here.m / max(here.k, 1e-12)) / FINE
-    begun = run.t0 if run.held_until is None else run.held_until
-    count = int(np.clip((run.end - begun) / step, 50, 4000))
-    edges = np.linspace(begun, run.end, count + 1)[:-1]
-    within = (edges[1] - edges[0]) * (np.arange(WITHIN) + 0.5) / WITHIN
-    places = (edges[:, None] + within).ravel()
-    unread = {name: null for name, null in UNREAD.items() if name in values or name in rig.effects}
-    whole = motion(rig, run, values)
-    moved = _followed(rig, run, {**values, **unread}, places)
-    if moved is None or whole is None:
-        return None
-    stamps = np.empty(0) if run.t_T is None else np.maximum(run.t_T - here.value("clock.T"), run.t0)
-    read = _followed(rig, run, {**values, **unread}, stamps) if len(stamps) else {}
-    if read is None:
-        return None
-    readings = np.concatenate([getattr(whole, name) for name in measured.channels])
-    return Path(edges, {**moved, "t": places - run.t0}, readings, read, here.value("cell.gain") or 1.0)
-
-
-def _followed(rig: Rig, run: Run, values: dict[str, float], t: Array) -> dict[str, Array] | None:
-    """Position and velocity of the module, elongation and its rate at some times; these where the line is taut."""
-    # Stamps before the start of a run stand at it, several of them where a clock is late.
-    stamps, places = np.unique(t, return_inverse=True)
-    moved = motion(rig, replace(run, t_x=stamps, t_v=stamps, t_T=stamps), values)
-    if moved is None or moved.x is None or moved.v is None or moved.T is None:
-        return None
-    elongation = moved.x - rig.taut - values.get("free_length.shift", rig.value("free_length.shift"))
-    taut = moved.T > 0 if rig.attachment == "tether" else np.ones(len(stamps), dtype=bool)
-    e, r = (np.where(taut, one, np.nan) for one in (elongation, moved.v))
-    return {name: one[places] for name, one in (("x", moved.x), ("v", moved.v), ("e", e), ("r", r))}
 
 
 def _knots(name: str, paths: Sequence[Path]) -> Array:
@@ -209,7 +156,7 @@ def _law(
 ) -> _Sought:
     """Small forces of each part of a law; a pull of the line is read by the cell as well."""
     way = -1.0 if name in LINE else 1.0
-    forces = [_stepped(path, _where(basis, path.by[name]) * np.reshape(way * factor, (-1, 1)))
+    forces = [stepped(path, _where(basis, path.by[name]) * np.reshape(way * factor, (-1, 1)))
               for path, factor in zip(paths, factors, strict=True)]  # fmt: skip
 
     def with_cell(rows: tuple[Array, ...]) -> list[Direction]:
@@ -264,11 +211,6 @@ def _pushed(model: Model, paths: Sequence[Path], sought: Sequence[_Sought]) -> l
             for found in one.made(tuple(map(np.ascontiguousarray, part)))]  # fmt: skip
 
 
-def _stepped(path: Path, forces: Array) -> Array:
-    """Mean over each step of forces at the places within, shape (places, q) → (steps, q)."""
-    return np.asarray(forces.reshape(len(path.edges), WITHIN, -1).mean(axis=1))
-
-
 def _where(basis: Basis, by: Array) -> Array:
     """Parts of a law where its quantity is known, and nothing elsewhere, shape (n, q)."""
     known = np.isfinite(by)
@@ -305,7 +247,7 @@ def _by_run(model: Model, paths: Sequence[Path]) -> _Sought:
             rows[number][:, number * IN_RUN : (number + 1) * IN_RUN] = part
         return [Direction(effect, names, _amount(rig, runs), rows, ways=tuple(names), listed=STRAIGHT)]
 
-    forces = [_stepped(path, hats(path.by["t"], knots)) for path, knots in zip(paths, places, strict=True)]
+    forces = [stepped(path, hats(path.by["t"], knots)) for path, knots in zip(paths, places, strict=True)]
     return _Sought(forces, made)
 
 

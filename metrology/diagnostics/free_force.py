@@ -9,10 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from metrology.diagnosis import Missing
+from metrology.diagnostics.direction import Direction
 from metrology.diagnostics.flexible import CURVED, UNITS
 from metrology.diagnostics.likelihood import spread_out
 from metrology.diagnostics.span import orthonormal
-from metrology.diagnostics.subject import Array, Direction, Fit
+from metrology.diagnostics.subject import Array, Fit
 from metrology.message import said
 
 SEEN = 1e-5

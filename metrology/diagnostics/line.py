@@ -10,10 +10,11 @@ from functools import cached_property
 import numpy as np
 
 from metrology.diagnostics.candidate import Candidate
+from metrology.diagnostics.direction import Direction
 from metrology.diagnostics.likelihood import Noise, spread_out
 from metrology.diagnostics.residual_spectra import Spectrum, spectra_of
 from metrology.diagnostics.span import CHUNK, Span, orthonormal, spanned
-from metrology.diagnostics.subject import Array, Direction, Fit, Marks
+from metrology.diagnostics.subject import Array, Fit, Marks
 from metrology.estimation.priors import WIDER
 
 

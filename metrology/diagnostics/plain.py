@@ -11,7 +11,8 @@ import numpy as np
 from metrology.coordinate import QUANTITIES
 from metrology.diagnosis import Missing, Picture
 from metrology.diagnostics.candidate import Candidate
-from metrology.diagnostics.subject import Array, Direction, Fit, Marks, Slow, rounded
+from metrology.diagnostics.direction import Direction
+from metrology.diagnostics.subject import Array, Fit, Marks, Slow, rounded
 from metrology.effect import Size
 from metrology.estimation import Block, Problem, Segment, Unknown, solve
 from metrology.estimation.problem import evaluate

@@ -8,7 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from metrology.diagnostics.candidate import Candidate
-from metrology.diagnostics.subject import Array, Direction, Fit
+from metrology.diagnostics.direction import Direction
+from metrology.diagnostics.subject import Array, Fit
 from metrology.estimation import MeasuredRun
 
 TRIAL = 0.1

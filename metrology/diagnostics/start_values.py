@@ -8,9 +8,10 @@ from collections.abc import Mapping
 import numpy as np
 
 from metrology.diagnostics.candidate import Candidate
+from metrology.diagnostics.direction import Direction
 from metrology.diagnostics.line import base_places
 from metrology.diagnostics.sets import Set
-from metrology.diagnostics.subject import Array, Direction, Fit
+from metrology.diagnostics.subject import Array, Fit
 from metrology.diagnostics.view import View
 
 LITTLE, HARDLY = 0.3, 0.01

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
 
 from metrology.diagnosis import Source, Supported
-from metrology.diagnostics.bounds import within
+from metrology.diagnostics.fit_parts import Parts, Shared, by_cause, parts_of
 from metrology.diagnostics.judged import LIKELY, Judged
 from metrology.diagnostics.likelihood import RANK, Noise, spread_out
 from metrology.diagnostics.sets import NEGLIGIBLE
@@ -18,10 +18,8 @@ from metrology.diagnostics.subject import Array, Fit, Marks, Subject
 from metrology.estimation.covariance import BLIND
 from metrology.gum.matrix import root
 from metrology.message import said
-from metrology.noise import WHITE, Colour
+from metrology.noise import Colour
 
-Shared = Literal["common", "per run"]
-"""Whether all blocks share what is known of an input, or each block has its own."""
 HELD = 0.1
 """Part of the information on a direction that the other runs hold at least where a run is compared with them in it.
 
@@ -29,31 +27,6 @@ What one run alone tells cannot differ from the others, and a step to where they
 two runs alike hold half each, one of a third of the amplitude of the other a tenth."""
 WITH_REMAINDER = ("unexplained", "explained in the main")
 """Verdicts that say that something is in the readings which no listed effect explains."""
-
-
-@dataclass(frozen=True)
-class Parts:
-    """Values of named unknowns by one fit, and their covariance by cause; rows in the order of the names.
-
-    `priors`: by the name of an input, and whether all blocks share it, a column for its prior, or for that of each
-    block; `law`: what an unlisted law beside the effects adds to each variance.
-    """
-
-    values: Array
-    readings: Array
-    priors: dict[tuple[str, Shared], Array]
-    law: Array | float = 0.0
-
-    def first(self, count: int) -> Parts:
-        """Return those of the first unknowns."""
-        priors = {key: columns[:count] for key, columns in self.priors.items()}
-        return Parts(self.values[:count], self.readings[:count, :count], priors)
-
-    @property
-    def total(self) -> Array:
-        """Covariance, misfit not included."""
-        parts = (columns @ columns.T for columns in self.priors.values())
-        return np.asarray(self.readings + self.law + sum(parts, np.zeros_like(self.readings)))
 
 
 def supported(judged: Judged, subject: Subject) -> Supported | None:
@@ -76,7 +49,7 @@ def supported(judged: Judged, subject: Subject) -> Supported | None:
     start = np.array([null.get(name, math.nan) for name in names])
     noise = noise_of(judged, subject)
     members = [(last, 0.0), *judged.exchanged.values(), *(one[1:] for one in judged.kinds), *_models_without(judged)]
-    found = [(_parts(subject.finished(fit), names, start, noise), more) for fit, more in members]
+    found = [(parts_of(subject.finished(fit), names, start, noise), more) for fit, more in members]
     lawful = _with_laws(judged, names, found)
     # Listed effects that have no name since few readings are followed as well by any other are of any size, and k with
     # them.
@@ -90,7 +63,7 @@ def supported(judged: Judged, subject: Subject) -> Supported | None:
     own = {size.name for name in last.effects for size in subject.candidates[name].parameters}
     effects = np.array([entry.name in own and entry.u is None for entry in entries])
     mean, sources = _mixed([one for one, _ in found], weights / weights.sum(), judged, effects, names, subject)
-    base = _parts(judged.base, names, np.full(len(names), math.nan), noise)
+    base = parts_of(judged.base, names, np.full(len(names), math.nan), noise)
     by_base = np.sqrt(np.maximum(np.diag(base.total), 0.0))
     units = tuple(entry.unit for entry in entries)
     return Supported(names, units, _floats(mean), sources, _floats(base.values), _floats(by_base))
@@ -103,7 +76,7 @@ def noise_of(judged: Judged, subject: Subject) -> Noise:
 
 def spread(fit: Fit, noise: Noise) -> Array:
     """Standard uncertainty of every unknown of a fit, those of single blocks as well, shape (p,): noise and priors."""
-    parts = _by_cause(fit, np.eye(len(fit.theta)), fit.theta, noise)
+    parts = by_cause(fit, np.eye(len(fit.theta)), fit.theta, noise)
     return np.asarray(np.sqrt(np.diag(parts.total + (noise.misfit - 1.0) * parts.readings)))
 
 
@@ -122,41 +95,6 @@ def _level(fit: Fit, floor: float) -> Noise:
     channels = {one.name: Colour(level, np.array([1.0 / max(level, 1e-300)])) for block in fit.problem.blocks
                 for one in block.segments}  # fmt: skip
     return Noise(channels)
-
-
-def _parts(fit: Fit, names: Sequence[str], start: Array, noise: Noise) -> Parts:
-    """Values and covariance of named unknowns between their bounds; `start` where the fit does not seek one."""
-    unknowns = fit.problem.unknowns
-    # What effects of this fit are bounded to counts for the others, named or not.
-    every = dict.fromkeys((*names, *(entry.name for entry in unknowns if "@" not in entry.name)))
-    places = [fit.index(name) for name in every]
-    pick = np.array([[float(at == place) for at in range(len(unknowns))] for place in places])
-    known = [*start.tolist(), *(math.nan for _ in places[len(names) :])]
-    values = np.array([value if at is None else fit.theta[at] for at, value in zip(places, known, strict=True)])
-    whole = _by_cause(fit, pick, values, noise)
-    low, high = (np.array([free if at is None else getattr(unknowns[at], side) for at in places])
-                 for side, free in (("low", -math.inf), ("high", math.inf)))  # fmt: skip
-    # Where what is no size of an effect is known worse than by its bounds, such as k to less than itself, these count.
-    stated = [at for at, value in enumerate(start) if math.isnan(value)]
-    u, room = np.sqrt(np.diag(whole.total)), np.minimum(values - low, high - values)
-    return (_bounded(whole, low, high) if (u > room)[stated].any() else whole).first(len(names))
-
-
-def _bounded(model: Parts, low: Array, high: Array) -> Parts:
-    """Parts of a model whose unknowns lie between bounds: a size at its null leaves the rest of the model as it is.
-
-    What the bounds leave open is counted with the readings.
-    """
-    total = model.total
-    sites = within(model.values, total, low, high)
-    if not sites.precision.any():
-        return model
-    gain = sites.gain(total)
-    inside = gain @ total
-    own = inside * np.sqrt(sites.precision)
-    moved = np.where(sites.precision > 0, sites.shift - sites.precision * model.values, 0.0)
-    priors = {key: gain @ columns for key, columns in model.priors.items()}
-    return Parts(model.values + inside @ moved, gain @ model.readings @ gain.T + own @ own.T, priors)
 
 
 def _with_laws(judged: Judged, names: Sequence[str], found: Sequence[tuple[Parts, float]]) -> list[tuple[Parts, float]]:
@@ -180,34 +118,6 @@ def _with_law(model: Parts, best: Parts, names: Sequence[str], values: Mapping[s
             more = u**2 - total[at, at]
             law[at, at] = more if more > RANK * total[at, at] else 0.0
     return replace(model, values=moved, law=law)
-
-
-def _by_cause(fit: Fit, pick: Array, values: Array, noise: Noise) -> Parts:
-    """Values, and the covariance by cause of what each row of `pick` takes of the unknowns of a fit."""
-    bread = fit.covariance
-    priors: dict[tuple[str, Shared], list[Array]] = {}
-    for at, entry in enumerate(fit.problem.unknowns):
-        if entry.u is not None and entry.u > 0:
-            name, own, _ = entry.name.partition("@")
-            priors.setdefault((name, "per run" if own else "common"), []).append(pick @ bread[:, at] / entry.u)
-    columns = {key: np.column_stack(own) for key, own in priors.items()}
-    return Parts(values, _by_readings(fit, noise, bread @ pick.T), columns)
-
-
-def _by_readings(fit: Fit, noise: Noise, weights: Array) -> Array:
-    """(J·B)ᵀ·C·(J·B) with weights B, C the covariance of coloured noise with the whitening filter W: C = (WᵀW)⁻¹."""
-    from scipy.linalg.lapack import dtbtrs
-
-    found = np.zeros((weights.shape[1], weights.shape[1]))
-    for block, part, used in zip(fit.problem.blocks, spread_out(fit), fit.used, strict=True):
-        kept = part @ weights * used[:, None]
-        for segment in block.segments:
-            taps = noise.channels.get(segment.name, WHITE).filter
-            # W is banded and triangular, and Wᵀ is W with the readings in the other order.
-            band = np.repeat(taps[:, None], segment.last - segment.first, axis=1)
-            rows, _ = dtbtrs(band, kept[segment.first : segment.last][::-1], uplo="L")
-            found += rows.T @ rows
-    return found
 
 
 def _mixed(

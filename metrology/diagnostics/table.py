@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
 
 from metrology.diagnostics.candidate import Candidate
+from metrology.diagnostics.column_gain import carried_by, gain_of, orthonormal_of, tried_beside
 from metrology.diagnostics.likelihood import RANK
 from metrology.diagnostics.line import Column, Line
 from metrology.diagnostics.sets import Scarce, Set, is_whole, log_likelihood, log_prior, price, ways
-from metrology.diagnostics.span import orthonormal
 from metrology.diagnostics.subject import Array
 
-INVISIBLE = 2e-3
-"""Part of a column that the unknowns of a fit leave of it, below which nothing of it can be seen: a set-up's compliance
-leaves that much of a softer line, which it is."""
 ALIKE = 1e-9
 """Relative difference below which two shapes of an effect do the same to the readings: the first one tried stands."""
 MOST = 12
@@ -193,8 +190,8 @@ def table(line: Line, candidates: Mapping[str, Candidate], most: int = MOST, fre
     span = orthonormal_of([member.rows for member in members.values()], len(residual))
     best: dict[str, tuple[float, Member]] = {}
     left = residual - span @ (span.T @ residual)
-    for column, rows in _tried(line):
-        gain = _gain(column, rows - span @ (span.T @ rows), left, len(line.fit.theta))
+    for column, rows in tried_beside(line):
+        gain = gain_of(column, rows - span @ (span.T @ rows), left, len(line.fit.theta))
         cost = prices[column.effect]
         if gain is not None and (column.effect not in best or gain - cost > best[column.effect][0] + ALIKE * gain):
             width = column.rows.shape[1]
@@ -213,14 +210,14 @@ def table(line: Line, candidates: Mapping[str, Candidate], most: int = MOST, fre
 
 def scores(line: Line) -> dict[str, Score]:
     """Score of every candidate in the shape that the readings like best, alone beside the fit."""
-    span = orthonormal_of(list(_carried(line).values()), len(line.residual))
+    span = orthonormal_of(list(carried_by(line).values()), len(line.residual))
     residual = line.beside(line.residual)
     residual = residual - span @ (span.T @ residual)
     found: dict[str, Score] = {}
     hidden: set[str] = set()
-    for column, rows in _tried(line):
+    for column, rows in tried_beside(line):
         rows = rows - span @ (span.T @ rows)
-        gain = _gain(column, rows, residual, len(line.fit.theta))
+        gain = gain_of(column, rows, residual, len(line.fit.theta))
         if gain is None:
             hidden.add(column.effect)
             continue
@@ -238,68 +235,22 @@ def instead(line: Line, candidates: Mapping[str, Candidate], name: str) -> dict[
     that is best beside the effect has nothing to do with it.
     """
     blocks, priors = len(line.fit.problem.blocks), len(line.fit.theta)
-    carried = _carried(line)
+    carried = carried_by(line)
     own = carried.pop(name)
     span, residual = orthonormal_of(list(carried.values()), len(line.residual)), line.beside(line.residual)
     residual = residual - span @ (span.T @ residual)
 
     def worth(column: Column, rows: Array) -> float:
-        gain = _gain(column, rows - span @ (span.T @ rows), residual, priors)
+        gain = gain_of(column, rows - span @ (span.T @ rows), residual, priors)
         return -math.inf if gain is None else gain - price(candidates[column.effect], line.count, blocks)
 
     (effect,) = (one for one in line.columns if one.direction is None and one.effect == name)
     found: dict[str, float] = {}
     least = worth(effect, own)
-    for column, rows in _tried(line):
+    for column, rows in tried_beside(line):
         if any(size.shape and not size.held for size in candidates[column.effect].parameters):
             found[column.effect] = max(found.get(column.effect, -math.inf), worth(column, rows) - least)
     return found
-
-
-def orthonormal_of(parts: Sequence[Array], count: int) -> Array:
-    """Orthonormal columns that span all parts."""
-    return orthonormal(np.hstack(parts)) if parts else np.zeros((count, 0))
-
-
-def _carried(line: Line) -> dict[str, Array]:
-    """Columns of each effect that the fit carries, less their part within the base."""
-    return {one.effect: rows for one, rows in zip(line.columns, line.left, strict=True) if one.direction is None}
-
-
-def _tried(line: Line) -> Iterator[tuple[Column, Array]]:
-    """Columns of the candidates, and the rows of each less their part within the base, shape (n + p, q).
-
-    A derivative without readings where none of them shows it: only the priors show it then, as a compliance of the
-    set-up is a softer line, which the stated k contradicts.
-    """
-    split = len(line.residual) - len(line.fit.theta)
-    for column, left in zip(line.columns, line.left, strict=True):
-        if column.direction is None:
-            continue
-        rows = left
-        if column.direction.exact:
-            hidden = np.linalg.norm(rows[:split], axis=0) <= INVISIBLE * np.linalg.norm(column.rows, axis=0)
-            if hidden.any():
-                rows = rows.copy()
-                rows[:split, hidden] = 0.0
-        yield column, rows
-
-
-def _gain(column: Column, rows: Array, residual: Array, priors: int) -> float | None:
-    """Half the fall of the cost with a column beside everything that the fit carries; None where nothing is left of it.
-
-    Zero where it would have the wrong sign. The last rows are the `priors`: what stated inputs can do in place of a
-    candidate counts against it there.
-    """
-    whole = np.linalg.norm(column.rows, axis=0)
-    split = len(rows) - priors
-    data, stated = (np.linalg.norm(part, axis=0) for part in (rows[:split], rows[split:]))
-    if not ((data > INVISIBLE * whole) | ((stated > data) & (stated > RANK * whole))).any():
-        return None
-    amounts, *_ = np.linalg.lstsq(rows, -residual, rcond=RANK)
-    if not column.signed and amounts[0] < 0:
-        return 0.0
-    return 0.5 * float(-(rows @ amounts) @ residual)
 
 
 def _masked(best: Mapping[str, tuple[float, Member]], span: Array, residual: Array) -> tuple[str, ...]:

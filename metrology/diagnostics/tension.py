@@ -9,16 +9,17 @@ from math import log
 import numpy as np
 
 from metrology.diagnosis import Diagnosis
-from metrology.diagnostics.candidate import TENSION, Candidate
+from metrology.diagnostics.candidate import TENSION
+from metrology.diagnostics.direction import Direction
 from metrology.diagnostics.engine import rank
 from metrology.diagnostics.plain import STEP, Plain, Readings, Trial
 from metrology.diagnostics.plain_reported import sizes_of_blocks
-from metrology.diagnostics.subject import Array, Direction, Fit
+from metrology.diagnostics.subject import Array, Fit
+from metrology.diagnostics.tension_candidates import limited, shared
 from metrology.diagnostics.tension_laws import unlisted
 from metrology.diagnostics.tension_pictures import gap, pictures
 from metrology.diagnostics.tension_records import FINER, Read, Record, course, few, length, parts, rate, record, steady
 from metrology.diagnostics.tension_seen import unseen
-from metrology.effect import Pulled
 from metrology.estimation import Unknown
 from metrology.message import said
 from metrology.tension.lines import Lines
@@ -67,10 +68,10 @@ class Tension:
             replace(one, seen=replace(one.seen, slope=self.slope * one.scale, u=typical, rate=float(own)))
             for one, own in zip(self.records, self.rates, strict=True)
         ]
-        self.candidates = {name: _limited(one, first) for name, one in TENSION.items()}
+        self.candidates = {name: limited(one, first) for name, one in TENSION.items()}
         if self.halves > 1:
             # The halves of one record are one mounting: what each mounting has of its own they have in common.
-            self.candidates = {name: _shared(one) for name, one in self.candidates.items()}
+            self.candidates = {name: shared(one) for name, one in self.candidates.items()}
         self.withdrawn: dict[str, str] = {}
 
     def _scatter(self, slopes: Array) -> float:
@@ -267,23 +268,6 @@ class Tension:
             return ""
         number = round(fit.values[held]) // self.records[0].seen.steps
         return said("It acts in {blocks:comma}.", blocks=(self.records[number].name,))
-
-
-def _limited(one: Candidate, seen: Pulled) -> Candidate:
-    """Candidate with shapes within what the loads can show."""
-    limits = one.limits(seen)
-    sizes = (
-        replace(size, low=limits[size.name][0], high=limits[size.name][1], null=max(size.null, limits[size.name][0]),
-                scale=size.scale and 0.05 * limits[size.name][1])
-        if size.name in limits else size
-        for size in one.parameters
-    )  # fmt: skip
-    return replace(one, parameters=tuple(sizes))
-
-
-def _shared(one: Candidate) -> Candidate:
-    """Candidate with one size for all records."""
-    return replace(one, parameters=tuple(replace(size, own=False) for size in one.parameters))
 
 
 def tension(test: TensionTest, drawn: Sequence[Lines], *, rng: np.random.Generator, sample: str = "") -> Diagnosis:

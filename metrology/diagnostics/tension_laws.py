@@ -7,8 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from metrology.diagnostics.direction import STRAIGHT, Direction
 from metrology.diagnostics.families import hats
-from metrology.diagnostics.subject import STRAIGHT, Array, Direction
+from metrology.diagnostics.subject import Array
 from metrology.diagnostics.tension_records import Record
 from metrology.effect import Pulled
 

@@ -9,6 +9,8 @@ from itertools import combinations
 
 import numpy as np
 
+from metrology.diagnostics.column_gain import INVISIBLE
+from metrology.diagnostics.direction import Direction
 from metrology.diagnostics.families import Family, families
 from metrology.diagnostics.judged import FAR, WithLaw
 from metrology.diagnostics.laws import Few, Law, estimates, of_families, together
@@ -19,8 +21,6 @@ from metrology.diagnostics.probability import probabilities
 from metrology.diagnostics.search import COARSE, Search
 from metrology.diagnostics.sets import NEGLIGIBLE, Scarce, Set, is_whole, log_likelihood, log_prior
 from metrology.diagnostics.span import orthonormal
-from metrology.diagnostics.subject import Direction
-from metrology.diagnostics.table import INVISIBLE
 from metrology.diagnostics.view import View
 from metrology.noise import Colour
 

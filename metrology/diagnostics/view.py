@@ -10,12 +10,13 @@ from itertools import pairwise
 import numpy as np
 
 from metrology.diagnostics.candidate import Candidate
+from metrology.diagnostics.direction import Direction
 from metrology.diagnostics.likelihood import Noise, noise
 from metrology.diagnostics.line import Line, line
 from metrology.diagnostics.misfit import misfit, narrow
 from metrology.diagnostics.sets import Set
 from metrology.diagnostics.span import orthonormal
-from metrology.diagnostics.subject import Array, Direction, Fit, Subject
+from metrology.diagnostics.subject import Array, Fit, Subject
 from metrology.diagnostics.table import Score, Table, scores, table
 
 

@@ -7,8 +7,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from metrology.coordinate import Quantity
+from metrology.diagnostics.direction import STRAIGHT, Direction
 from metrology.diagnostics.families import hats
-from metrology.diagnostics.subject import STRAIGHT, Array, Direction, Fit
+from metrology.diagnostics.subject import Array, Fit
 from metrology.estimation import MeasuredRun
 
 WANDER = "wander"

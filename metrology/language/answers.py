@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-from math import isfinite
 from typing import assert_never
 
 from metrology.coordinate import QUANTITIES
-from metrology.diagnosis import Cause, Detectable, Diagnosis, Gain, Shift, Value
+from metrology.diagnosis import Cause, Detectable, Diagnosis, Shift
 from metrology.language.catalogue import ENGLISH, Language
-from metrology.language.display import chance, number, rounded, scale, symbol
+from metrology.language.diagnosis_figures import evidence, parameter, smallest
+from metrology.language.display import chance, number, rounded, symbol
 from metrology.language.wording import opening, prose
 from metrology.units import unit_text
 
-VAGUE = 100.0
-"""Standard uncertainty over the value from which on a parameter is called not determined."""
 MANY = 3
 """Effects that a sentence lists at most."""
-SURE = 100.0
-"""Ln of a Bayes factor beyond which a larger one says no more."""
 FAR = 10.0
 """Standard uncertainties beyond which a number of them says no more than that the model was wrong."""
 
@@ -242,14 +238,6 @@ def _visible(one: Detectable, language: Language) -> str:
     return language.say(text, title=one.title, size=smallest(one))
 
 
-def smallest(one: Detectable, language: Language = ENGLISH) -> str:
-    """Smallest detectable size on the scale that reads well; a dash where there is none."""
-    if one.size is None:
-        return "–"
-    size, unit = scale(one.size, one.unit)
-    return language.figures(f"{number(one.size / size, 2)} {unit}".rstrip())
-
-
 def sentence(finding: Diagnosis, language: Language = ENGLISH) -> str:
     """The verdict in words, without the names that effects have in campaign files."""
     return _without_names(finding, finding.sentence if language == ENGLISH else _printed(finding.sentence, language))
@@ -263,42 +251,3 @@ def _without_names(finding: Diagnosis, text: str) -> str:
 
 def _ended(text: str) -> str:
     return text if text.endswith(".") else f"{text}."
-
-
-def evidence(cause: Cause, language: Language = ENGLISH) -> str:
-    """Ln of the Bayes factor; beyond `SURE` no more than that, and a dash where the cause was not fitted."""
-    if cause.log_bayes is None:
-        return "–"
-    if abs(cause.log_bayes) > SURE:
-        return f"> {SURE:.0f}" if cause.log_bayes > 0 else f"< −{SURE:.0f}"
-    return language.figures(number(cause.log_bayes, 2))
-
-
-def parameter(one: Value, language: Language = ENGLISH) -> str:
-    """Name, value ± u and the 95 % interval."""
-    name, scatters, _ = one.name.rpartition(".")[2].partition(" (standard deviation)")
-    if scatters:
-        name = language.say("{name} (standard deviation)", name=name)
-    if one.u > VAGUE * max(abs(one.value), 1e-300):
-        return language.say("{name}: not determined", name=name)
-    size, unit = scale(one.value, one.unit)
-    if not isfinite(one.u):
-        return language.figures(f"{name} = {number(one.value / size)} {unit}".rstrip())
-    value, u = rounded(one.value / size, one.u / size)
-    low, high = (None if end is None else rounded(end / size, one.u / size)[0] for end in (one.low, one.high))
-    known = {"value": language.figures(f"{name} = {value} ± {u} {unit}".rstrip())}
-    match low, high:
-        case None, None:
-            return language.say("{value}, 95 % interval open at both ends", **known)
-        case None, str():
-            return language.say("{value}, 95 % up to {high:figures}", high=high, **known)
-        case str(), None:
-            return language.say("{value}, 95 % from {low:figures}", low=low, **known)
-        case _:
-            return language.say("{value}, 95 % {low:figures} … {high:figures}", low=str(low), high=str(high), **known)
-
-
-def ratio(one: Gain, language: Language = ENGLISH) -> str:
-    """Ratio of residuals before and after with its interval."""
-    shown = {key: number(value, 4) for key, value in (("ratio", one.ratio), ("low", one.low), ("high", one.high))}
-    return language.say("{ratio:figures}, 95 % {low:figures} … {high:figures}", **shown)

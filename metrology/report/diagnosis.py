@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from metrology.diagnosis import Cause, Detectable, Diagnosis, Explanation, Gain, Part, Shift
 from metrology.effects import shown
-from metrology.language import answers
+from metrology.language import answers, diagnosis_figures
 from metrology.language.catalogue import ENGLISH, Language
 from metrology.language.display import chance, number, rounded
 from metrology.report.figures.diagnosis import rows as pictures_of
@@ -169,11 +169,11 @@ def _shown(finding: Diagnosis, names: Sequence[str], narrow: set[str]) -> tuple[
 # ---- tables -------------------------------------------------------------------------------------------------------
 def _row(cause: Cause, size: Detectable | None, language: Language) -> Row:
     tried = cause.log_bayes is not None or cause.verdict in ("supported", "indistinguishable")
-    smallest = "–" if size is None else answers.smallest(size, language)
+    smallest = "–" if size is None else diagnosis_figures.smallest(size, language)
     return Row(
-        cause, chance(cause.probability) if tried else "–", answers.evidence(cause, language),
+        cause, chance(cause.probability) if tried else "–", diagnosis_figures.evidence(cause, language),
         "–" if cause.score is None else number(cause.score, 2),
-        tuple(answers.parameter(one, language) for one in cause.parameters), smallest,
+        tuple(diagnosis_figures.parameter(one, language) for one in cause.parameters), smallest,
     )  # fmt: skip
 
 
@@ -188,7 +188,7 @@ def _apart(one: Explanation, language: Language) -> Apart:
 
 
 def _gain(channel: str, one: Gain, language: Language) -> Worth:
-    return Worth(channel, number(one.before), number(one.after), answers.ratio(one, language))
+    return Worth(channel, number(one.before), number(one.after), diagnosis_figures.ratio(one, language))
 
 
 def _phases(finding: Diagnosis, channels: Sequence[str]) -> tuple[tuple[str, tuple[str, ...]], ...]:

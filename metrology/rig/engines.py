@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from metrology.rig import closed, hooks, kernel, segments, tangent
+from metrology.rig import base_samples, closed, hooks, kernel, segments, tangent
 from metrology.rig.kernel.march import march_many
 
 log = logging.getLogger("metrology.rig")
@@ -84,7 +84,7 @@ def interpreted() -> Kernel:
 def numpy(base: bool = False) -> Kernel:
     """Return the kernel with its linear segments vectorised by NumPy, or the closed form of the `base` model so."""
     modules, instead = (
-        ((closed,), {"write": segments.write}) if base else (kernel.MODULES, {"linear_leg": segments.linear_leg})
+        ((closed,), {"write": base_samples.write}) if base else (kernel.MODULES, {"linear_leg": segments.linear_leg})
     )
     march: Kernel = _copy(modules, lambda function: function, instead)["march_many"]
     return march

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from fractions import Fraction
-from functools import lru_cache
 
 import numpy as np
 
 from metrology.rig import hooks
+from metrology.rig.collocation import rule
 from metrology.rig.kernel import layout
 from metrology.rig.model import Rig
 from metrology.rig.motion import CHANNELS
@@ -20,10 +19,6 @@ from metrology.rig.simulate import march_rows, require_known, simulate, simulate
 from metrology.rig.tangent.differences import STAMPS
 from metrology.rig.tangent.trace import trace as differentiate
 
-NODES = 8
-"""Nodes of the collocation: over the longest step, 2 rad of the line, it errs by less than 1e-7."""
-ROUNDED = 14
-"""Decimal places of the nodes: LAPACK finds them to 15, its last digit by the processor."""
 NO_PUSHES = frozen(np.empty((0, 0)))
 RAMP = 1e-6
 """Part of a step of force in which it changes to the next, where motions are compared."""
@@ -180,7 +175,7 @@ def follow(
         programs[1](
             legs, effective(values, packed.sags)[0], np.array(which),
             np.array([1e-3 * one.scale for one in parameters]), np.array([one.low for one in parameters]),
-            packed.kind, packed.at, packed.pair, _rule(), packed.start, packed.edges, packed.forces, packed.slopes,
+            packed.kind, packed.at, packed.pair, rule(), packed.start, packed.edges, packed.forces, packed.slopes,
             packed.added, pushes, packed.grids, packed.spans, packed.spacings, found,
             np.array([first[at] for at in which]),
         )  # fmt: skip
@@ -244,33 +239,6 @@ def _read(
             for name, rows in zip(CHANNELS, found, strict=True):
                 if name in by:
                     rows[row] = by[name]
-
-
-@lru_cache(maxsize=1)
-def _rule() -> tuple[Array, Array, Array]:
-    """Nodes of Lobatto's quadrature in (0, 1), integrals of their Lagrange polynomials, barycentric weights.
-
-    Integrals and weights are exact for the nodes as rounded, so that derivatives have the same bits on every processor:
-    along what the readings hardly determine, 1e-15 here moves the optimum by 1e-4 standard uncertainties.
-    """
-    from numpy.polynomial import Legendre
-
-    inner = Legendre.basis(NODES - 1).deriv().roots().real
-    nodes = np.round(0.5 * (1.0 + np.concatenate([[-1.0], np.sort(inner), [1.0]])), ROUNDED)
-    exact = [Fraction(node) for node in nodes.tolist()]
-    integrals, weights = np.empty((NODES, NODES)), np.empty(NODES)
-    for at, node in enumerate(exact):
-        product, scale = [Fraction(1)], Fraction(1)
-        for other in (one for one in exact if one is not node):
-            product = [
-                lower - other * upper
-                for lower, upper in zip([Fraction(0), *product], [*product, Fraction(0)], strict=True)
-            ]
-            scale *= node - other
-        integral = [coefficient / (power + 1) / scale for power, coefficient in enumerate(product)]
-        weights[at] = float(1 / scale)
-        integrals[:, at] = [float(sum(one * end ** (power + 1) for power, one in enumerate(integral))) for end in exact]
-    return frozen(nodes), frozen(integrals), frozen(weights)
 
 
 # ---- effects of the laboratory's own --------------------------------------------------------------------------------

@@ -13,6 +13,7 @@ from scipy.signal import lfilter
 from scipy.stats import multivariate_normal
 
 from metrology.diagnostics.candidate import Candidate
+from metrology.diagnostics.direction import Direction
 from metrology.diagnostics.families import Family, compressed, families
 from metrology.diagnostics.laws import Kind, Law, estimates, of_families, together
 from metrology.diagnostics.likelihood import Noise, common, noise, weighted
@@ -22,7 +23,6 @@ from metrology.diagnostics.plain import Plain, Readings, Trial
 from metrology.diagnostics.search import Search
 from metrology.diagnostics.sets import NONE, Scarce, log_likelihood, log_prior, price
 from metrology.diagnostics.span import spanned, triangle
-from metrology.diagnostics.subject import Direction
 from metrology.effect import Size
 from metrology.estimation import Unknown
 from metrology.estimation.problem import evaluate

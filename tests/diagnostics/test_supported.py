@@ -12,10 +12,11 @@ import pytest
 from metrology import chain
 from metrology.campaign.load import load
 from metrology.diagnosis import Source
+from metrology.diagnostics.fit_parts import Parts
 from metrology.diagnostics.heldout import HeldOut, gains
 from metrology.diagnostics.laws import _sized
 from metrology.diagnostics.subject import Fit
-from metrology.diagnostics.supported import Parts, _between, _level, _with_law
+from metrology.diagnostics.supported import _between, _level, _with_law
 from metrology.estimation.problem import Block, Problem, Segment, Unknown
 
 ROOT = Path(__file__).parents[2]

@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 
 from metrology.errors import MetrologyError
 from metrology.rig import EFFECTS, PARAMETERS, Effect, Force, Rig, Run, pushed, sensitivities, simulate
-from metrology.rig.sensitivity import _rule
+from metrology.rig.collocation import rule
 
 T10 = np.arange(1001) / 100.0
 T = np.arange(0.0, 6.0, 0.02)
@@ -286,7 +286,7 @@ def test_reference_nodes_of_the_collocation_have_the_same_bits_everywhere() -> N
     """Abramowitz & Stegun (1964), table 25.6, n = 8, to 15 places; a processor's own last digit is rounded away."""
     half = [0.209299217902479, 0.591700181433142, 0.871740148509607, 1.0]
     nodes = 0.5 * (1.0 + np.array([*(-x for x in reversed(half)), *half]))
-    found, integrals, _ = _rule()
+    found, integrals, _ = rule()
     assert found.tolist() == np.round(nodes, 14).tolist()
     np.testing.assert_allclose(integrals @ found**6, found**7 / 7, rtol=0, atol=1e-15)
 
