@@ -94,7 +94,7 @@ class Declared(Entry):
     format: Literal["metrology-trust/1"] = Field(description="Kind of file.", examples=[FORMAT])
     authorities: tuple[Filled, ...] = Field((), description="Certificates of authorities behind signers.")
     require: tuple[Role, ...] = Field((), description="Roles without which no report is good.")
-    roles: Roles = Field(default_factory=lambda: Roles.model_validate({}), description="Who may sign in which role.")
+    roles: Roles | None = Field(None, description="Who may sign in which role; left out, whom the campaign names.")
     keys: Keys = Field(default_factory=lambda: Keys.model_validate({}), description="Least bits of keys.")
     usages: tuple[Filled, ...] = Field(
         tuple(USAGES), description="Extended key usages that are accepted, by name or number."
@@ -149,7 +149,7 @@ class Policy:
 
     def persons(self, role: str) -> tuple[Person, ...] | None:
         """Who may sign in a role; None where no policy says."""
-        return getattr(self.declared.roles, role, ()) if self.declared else None
+        return getattr(self.declared.roles, role, ()) if self.declared and self.declared.roles else None
 
 
 def load(path: Path) -> Policy:
@@ -169,7 +169,8 @@ def load(path: Path) -> Policy:
         return tuple(found for name in names for found in read_certificates(path.parent / name))
 
     lists, responses = _revocation(path.parent / name for name in declared.revocation.files)
-    people = (*declared.roles.author, *declared.roles.reviewer, *declared.roles.approver)
+    roles = declared.roles
+    people = (*roles.author, *roles.reviewer, *roles.approver) if roles else ()
     named = dict.fromkeys(person.authority for person in people if person.authority)
     issuers = tuple((name, certificates([name])) for name in named)
     roots = tuple(dict.fromkeys([*certificates(declared.authorities), *(one for _, many in issuers for one in many)]))

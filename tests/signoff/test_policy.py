@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import shutil
 import threading
@@ -176,6 +177,19 @@ def test_law_subject_with_its_authority_is_as_good_as_a_fingerprint(lab, made) -
     signer = signer_of(issued("T. Tester", lab.root), lab.root[1])
     signoff.sign(made / "report.pdf", "author", signer, policy=policy)
     assert signoff.verify(made / "report.pdf", policy, again=None).checks[0].state == "good"
+
+
+@pytest.mark.parametrize(("name", "good"), [("T. Tester", True), ("A. Other", False)])
+def test_law_without_roles_the_certificate_has_the_name_that_the_campaign_gives(
+    lab, made, name: str, good: bool
+) -> None:
+    path = lab.folder / "no-roles.yaml"
+    path.write_text("format: metrology-trust/1\nauthorities: [ca.pem]\n", encoding="utf-8")
+    policy, signer = signoff.load_policy(path), signer_of(issued(name, lab.root), lab.root[1])
+    with contextlib.nullcontext() if good else pytest.raises(MetrologyError, match="who is not T. Tester"):
+        signoff.sign(made / "report.pdf", "author", signer, policy=policy)
+    if good:
+        assert signoff.verify(made / "report.pdf", policy, again=None).checks[0].state == "good"
 
 
 @pytest.mark.parametrize(
