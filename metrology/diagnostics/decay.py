@@ -15,13 +15,15 @@ from metrology.decay.envelope import rates, suggested
 from metrology.decay.modes import MAINS_WIDTH
 from metrology.decay.separated import Separated
 from metrology.diagnosis import Diagnosis, Missing, Picture
+from metrology.diagnostics.block_trials import Trial
+from metrology.diagnostics.blocks import Readings, plain_values
 from metrology.diagnostics.candidate import DECAY as TABLE
 from metrology.diagnostics.candidate import Candidate, untested
 from metrology.diagnostics.decay_laws import unlisted
 from metrology.diagnostics.direction import Direction
 from metrology.diagnostics.engine import rank
 from metrology.diagnostics.overlays import overlying, sought_apart, with_overlays
-from metrology.diagnostics.plain import Plain, Readings, Trial, plain_values
+from metrology.diagnostics.plain import Plain
 from metrology.diagnostics.plain_pictures import of_decay
 from metrology.diagnostics.plain_reported import binned
 from metrology.diagnostics.release import BENDS, BENT, FORCES, HARMONICS, LEVELS, LINES, MOTION, STEPS, Record
