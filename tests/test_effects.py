@@ -23,7 +23,8 @@ from metrology.effect.whole import faults
 from metrology.errors import MetrologyError
 from metrology.estimation import MeasuredRun
 from metrology.rig import EFFECTS, Force, Rig, Run, documentation, simulate, simulate_many
-from metrology.rig.hooks import READ, slope
+from metrology.rig.added_readings import slope
+from metrology.rig.hooks import READ
 
 MODEL = Path(__file__).parents[1] / "docs" / "model.md"
 EVERY = pytest.mark.parametrize("effect", EFFECTS, ids=lambda effect: effect.name)

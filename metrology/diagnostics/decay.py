@@ -12,20 +12,22 @@ import numpy as np
 from metrology.coordinate import QUANTITIES
 from metrology.decay import DecayTest
 from metrology.decay.envelope import rates, suggested
-from metrology.decay.modes import MAINS_WIDTH
 from metrology.decay.separated import Separated
 from metrology.diagnosis import Diagnosis, Missing, Picture
+from metrology.diagnostics.block_trials import Trial
+from metrology.diagnostics.blocks import Readings, plain_values
 from metrology.diagnostics.candidate import DECAY as TABLE
 from metrology.diagnostics.candidate import Candidate, untested
 from metrology.diagnostics.decay_laws import unlisted
+from metrology.diagnostics.decay_lines import Bands
 from metrology.diagnostics.direction import Direction
 from metrology.diagnostics.engine import rank
 from metrology.diagnostics.overlays import overlying, sought_apart, with_overlays
-from metrology.diagnostics.plain import Plain, Readings, Trial, plain_values
+from metrology.diagnostics.plain import Plain
 from metrology.diagnostics.plain_pictures import of_decay
 from metrology.diagnostics.plain_reported import binned
-from metrology.diagnostics.release import BENDS, BENT, FORCES, HARMONICS, LEVELS, LINES, MOTION, STEPS, Record
-from metrology.diagnostics.release_cut import cut, parts
+from metrology.diagnostics.release import BENDS, BENT, FORCES, LEVELS, LINES, MOTION, STEPS, Record
+from metrology.diagnostics.release_cut import cut, parts, phases
 from metrology.diagnostics.subject import Array, Fit, Slow
 from metrology.errors import Fault, MetrologyError
 from metrology.estimation import Unknown
@@ -34,19 +36,12 @@ from metrology.rig import Rig
 
 BEGINNINGS = (0.15, 0.3, 0.6)
 """Parts of the records to which a poor model is fitted first, so that no swing is taken for the one beside it."""
-BESIDE = 0.05
-"""Part of the decay's frequency about each of its multiples within which a line is one that the decay itself makes."""
 INF = math.inf
-OUTLASTS = 1 / 3
-"""Part of the decay's rate below which a line outlasts it: where e⁻³ of the decay is left, there is e⁻¹ of the line."""
 USUAL = 1500
 """Readings of a motion with forces that take as long as a usual test of response, with their derivatives and the trial
 motions of a search between them: 60 ms."""
-HIGHEST = 0.9
-"""Part of half the sampling rate up to which a line is sought: beyond it, one is as well an alias of another."""
 OFF = 4.0
 """Ratio to m·ω² within which k lies: a law that bends a spring so far moves the frequency by half, which is seen."""
-BoolArray = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 
 
 class Decay:
@@ -87,29 +82,7 @@ class Decay:
         self.over = tuple(largest ** -(1.0 + at) for at in range(len(BENDS)))
         self.rows = np.concatenate([rates(one.t, one.y, one.u, self.omega) for one in self.records])
         self.rows[:, 0] /= self.gain
-
-    def _is_own(self, frequency: Array, rate: float, margin: float = 0.0) -> BoolArray:
-        """Whether a line at a frequency / Hz is the decay's own: where it moves with the amplitude, or too near to it.
-
-        A second line there would bend the first at will, and explain all that shapes the decay. One that is still
-        there when the decay is gone shapes nothing of it, and one that dies sooner is as wide as it dies soon.
-        """
-        own, fall = self.omega / (2 * math.pi), self.c / (2 * self.mass)
-        seen = np.clip([own, *self.rows[:, 3]], 0.8 * own, 1.2 * own)
-        aside = max(3 / self.longest, 0.9 * (max(fall, rate) if rate > OUTLASTS * fall else rate)) + margin
-        return np.asarray((frequency > seen.min() - aside) & (frequency < seen.max() + aside))
-
-    def _makes(self, frequency: Array) -> BoolArray:
-        """Whether a line is one that the decay itself makes: within `BESIDE` of a multiple, or not resolved from it.
-
-        A bent restoring force makes such lines, and so does a sensor that is not linear: a swing that is read by its
-        horizontal position has the third multiple of its frequency, whatever the force is.
-        """
-        order = np.round(frequency * 2 * math.pi / self.omega)
-        apart = np.abs(frequency - order * self.omega / (2 * math.pi))
-        near = apart < BESIDE * self.omega / (2 * math.pi)
-        unresolved = (order > 1) & (order <= HARMONICS) & (apart < 1 / self.longest)
-        return np.asarray((order > 0) & (near | unresolved))
+        self.bands = Bands(self.omega, self.c / (2 * self.mass), self.rows[:, 3], self.longest, test.mains)
 
     # ---- model --------------------------------------------------------------------------------------------------
     def predict(self, at: int, values: Mapping[str, float]) -> Array | None:
@@ -126,7 +99,7 @@ class Decay:
         for key, values in zip(keys, many, strict=True):
             y = moved[key] + one.overlaid(values)
             line = np.array(values.get("other.frequency", math.nan))
-            own = bool(self._is_own(line, values.get("other.rate", 0.0)) | self._makes(line))
+            own = bool(self.bands.is_own(line, values.get("other.rate", 0.0)) | self.bands.makes(line))
             found.append(y if np.isfinite(y).all() and not own else None)
         return found
 
@@ -178,18 +151,9 @@ class Decay:
             sizes = [replace(one, unit=self.unit) if one.own else one for one in TABLE[name].parameters]
             found[name] = replace(TABLE[name], parameters=tuple(sizes))
         *sizes, frequency = found["mains"].parameters
-        frequency = replace(frequency, apart=self._apart_at_mains())
+        frequency = replace(frequency, apart=self.bands.apart_at_mains(self.records[0].step))
         found["mains"] = replace(found["mains"], parameters=(*sizes, frequency))
         return found
-
-    def _apart_at_mains(self) -> int:
-        """Frequencies about all multiples of the mains that the longest record distinguishes (`sets.price`)."""
-        multiples = int(HIGHEST * 0.5 / self.records[0].step / self.test.mains)
-        return max(multiples, 1) * math.ceil(2 * self._about_mains() * self.longest)
-
-    def _about_mains(self) -> float:
-        """Half width / Hz of the band about a multiple of the mains in which a line is taken as theirs."""
-        return max(MAINS_WIDTH, 1.5 / self.longest)
 
     def trials(self, name: str, fit: Fit) -> Sequence[Trial]:
         """Shapes of a candidate; other oscillations where the residual spectrum shows them."""
@@ -209,20 +173,8 @@ class Decay:
 
     def _lines(self, fit: Fit, rate: float, *, hum: bool) -> list[float]:
         """Frequency / Hz of the strongest line of all residuals that decays at a rate, at the mains or elsewhere."""
-        longest, step = self.longest, self.records[0].step
-        size = 4 * 2 ** math.ceil(math.log2(longest / step + 1))
-        grid, power = np.fft.rfftfreq(size, step), np.zeros(size // 2 + 1)
         residuals = [np.concatenate(fit.residuals)] if self.releases == 1 else fit.residuals
-        for one, residual in zip(self.whole, residuals, strict=True):
-            weight = np.exp(-rate * one.t) if rate * one.t[-1] > 1 else np.hanning(len(one.t))
-            found = np.abs(np.fft.rfft(one.even(weight * residual), size)) ** 2 / float(weight @ weight)
-            power += np.interp(grid, np.fft.rfftfreq(size, one.step), found)
-        mains, width = self.test.mains, max(1 / longest, 0.3 * rate)
-        beside = np.abs(grid / mains - np.maximum(np.round(grid / mains), 1)) * mains < self._about_mains()
-        every = np.asarray(grid, dtype=float)
-        allowed = beside if hum else ~beside & ~self._is_own(every, rate, width) & ~self._makes(every)
-        allowed &= (grid > 2 * width) & (grid < HIGHEST * grid[-1])
-        return [float(grid[np.flatnonzero(allowed)[np.argmax(power[allowed])]])] if allowed.any() else []
+        return self.bands.strongest(self.whole, residuals, self.records[0].step, rate, hum=hum)
 
     def families(self, fit: Fit) -> list[Direction]:
         """Unlisted laws along the fitted motion."""
@@ -249,7 +201,7 @@ class Decay:
                 "c", self.c, max(self.c * 0.05, 1e-9), 0.0, 2 * math.sqrt(self.k * self.mass), unit=self.units["c"]
             ),
         )
-        blocks = tuple(Readings(one.name, "x", one.y, one.u, _phases(one.t)) for one in self.records)
+        blocks = tuple(Readings(one.name, "x", one.y, one.u, phases(one.t)) for one in self.records)
         own = tuple(self._own(one) for one in self.records)
         reasons = untested(TABLE)
         if self.test.coordinate == "position":
@@ -322,11 +274,6 @@ def _place(name: str) -> int | None:
     """Place among the values of `MOTION` that an unknown moves; None for what overlies the motion."""
     plain = {"dk": "k", "dc": "c"}.get(name.split("@")[0], name.split("@")[0])
     return MOTION.index(plain) if plain in MOTION else None
-
-
-def _phases(t: Array) -> list[tuple[str, np.ndarray[tuple[int, ...], np.dtype[np.bool_]]]]:
-    middle = 0.4 * float(t[-1])
-    return [(said("early decay"), t < middle), (said("late decay"), t >= middle)]
 
 
 def decay(test: DecayTest, *, rng: np.random.Generator, sample: str = "") -> Diagnosis:

@@ -10,12 +10,14 @@ import numpy as np
 
 from metrology import effect
 from metrology.diagnosis import Diagnosis, Missing, Picture
+from metrology.diagnostics.block_trials import Trial
+from metrology.diagnostics.blocks import STEP, Readings
 from metrology.diagnostics.candidate import ELONGATION, Candidate, untested
 from metrology.diagnostics.direction import Direction
 from metrology.diagnostics.elongation_laws import unlisted
 from metrology.diagnostics.engine import rank
 from metrology.diagnostics.own import added, declared
-from metrology.diagnostics.plain import STEP, Plain, Readings, Trial
+from metrology.diagnostics.plain import Plain
 from metrology.diagnostics.plain_pictures import of_elongation
 from metrology.diagnostics.plain_reported import binned, sizes_of_blocks
 from metrology.diagnostics.scatter import scatter

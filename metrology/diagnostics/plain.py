@@ -5,62 +5,28 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
 from metrology.coordinate import QUANTITIES
 from metrology.diagnosis import Missing, Picture
+from metrology.diagnostics.block_trials import Trial, moved_rows, overlay
+from metrology.diagnostics.blocks import Readings, block_of, own_unknown, unknown_of
 from metrology.diagnostics.candidate import Candidate
 from metrology.diagnostics.direction import Direction
 from metrology.diagnostics.subject import Array, Fit, Marks, Slow, rounded
-from metrology.effect import Size
-from metrology.estimation import Block, Problem, Segment, Unknown, solve
+from metrology.estimation import Block, Problem, Unknown, solve
 from metrology.estimation.problem import evaluate
 
-STEP = 1e-3
-"""Step of central differences, in scales of an unknown."""
 CLOSE = 3e-3
 """Length of the last step of a fit, in standard uncertainties: no digit that a report prints is lost."""
-
-
-@dataclass(frozen=True)
-class Readings:
-    """One block of readings: what was read, and the standard uncertainty of each.
-
-    `phases`: names of parts of the block with the marks of their readings. `channels`: name and number of readings of
-    each channel, one after the other, where there are several.
-    """
-
-    name: str
-    channel: str
-    y: Array
-    u: Array
-    phases: Sequence[tuple[str, Marks]] = ()
-    channels: Sequence[tuple[str, int]] = ()
-
-    def segments(self) -> tuple[Segment, ...]:
-        """Rows of each channel."""
-        if not self.channels:
-            return (Segment(self.channel, 0, len(self.y)),)
-        ends = np.cumsum([0, *(many for _, many in self.channels)]).tolist()
-        return tuple(Segment(name, *ends[at : at + 2]) for at, (name, _) in enumerate(self.channels))
-
-
-@dataclass(frozen=True)
-class Trial:
-    """A shape in which a candidate may act: values of its shapes and the amount to try."""
-
-    amount: float
-    shapes: Mapping[str, float] = field(default_factory=dict)
-    looks: float = 1.0
 
 
 GAIN = "gain"
 """What the reading of a motion is multiplied by."""
 UNITS = {one.word: one.unit for words in QUANTITIES.values() for one in words.values()} | {"extension": "m", GAIN: "1"}
 """Unit of each word by which an unlisted law is named."""
-ROUNDING = 1e-8
-"""Part of the readings below which what a candidate changes is the error of the motions, which are right to 3e-10."""
 FAR = 0.3
 """Root mean square of what is left over that of the motion, from which on a straight line says nothing: cos of a phase
 that is off by so much is no longer straight in it."""
@@ -159,20 +125,14 @@ class Plain:
                 if size.held:
                     continue
                 if size.own:
-                    found += [self._own_unknown(size, data.name) for data in self.blocks]
+                    found += [own_unknown(size, data.name, self.scatters.get(size.name)) for data in self.blocks]
                     continue
-                found.append(_unknown(size))
+                found.append(unknown_of(size))
         found += [entry for own in self.own for entry in own]
         return tuple(
             replace(entry, start=float(np.clip(values.get(entry.name, entry.start), entry.low, entry.high)))
             for entry in found
         )
-
-    def _own_unknown(self, size: Size, block: str) -> Unknown:
-        """Size that a block has for itself; where it departs from the other blocks, their scatter is its prior."""
-        entry = replace(_unknown(size), name=f"{size.name}@{block}")
-        u = self.scatters.get(size.name)
-        return entry if u is None else replace(entry, mean=0.0, u=u)
 
     @property
     def count(self) -> int:
@@ -188,43 +148,8 @@ class Plain:
         return Problem(unknowns, tuple(blocks))
 
     def _block(self, at: int, unknowns: tuple[Unknown, ...], fixed: Mapping[str, float]) -> Block:
-        data, many = self.blocks[at], self.sweep or self._one_by_one
-        y, u = data.y, data.u
-        uses = tuple(
-            place
-            for place, entry in enumerate(unknowns)
-            if "@" not in entry.name or entry.name.endswith(f"@{data.name}")
-        )
-        names = [unknowns[place].name.split("@")[0] for place in uses]
-        scales = np.array([unknowns[place].scale for place in uses]) * STEP
-        low, high = (np.array([getattr(unknowns[place], end) for place in uses]) for end in ("low", "high"))
-
-        def named(local: Array) -> dict[str, float]:
-            return {**fixed, **dict(zip(names, local.tolist(), strict=True))}
-
-        def residuals(local: Array) -> Array | None:
-            (model,) = many(at, [named(local)])
-            return None if model is None else (y - model) / u
-
-        def derivatives(local: Array) -> Array | None:
-            if self.slopes is not None:
-                moving = self.slopes(at, named(local), [unknowns[place] for place in uses])
-                return None if moving is None else np.asarray(-(moving / u).T, dtype=float)
-            ends = np.tile(local, (2 * len(local), 1))
-            rows = np.arange(len(local))
-            ends[2 * rows, rows], ends[2 * rows + 1, rows] = (
-                np.maximum(local - scales, low),
-                np.minimum(local + scales, high),
-            )
-            apart = ends[2 * rows + 1, rows] - ends[2 * rows, rows]
-            found = many(at, [named(end) for end in ends])
-            if any(model is None for model in found) or (apart == 0).any():
-                return None
-            moved = np.array([model for model in found if model is not None])
-            return np.asarray(((moved[::2] - moved[1::2]) / apart[:, None] / u).T, dtype=float)
-
-        log_u = float(np.log(u * math.sqrt(2 * math.pi)).sum())
-        return Block(data.name, uses, residuals, derivatives, data.segments(), len(y), log_u)
+        slopes = None if self.slopes is None else partial(self.slopes, at)
+        return block_of(self.blocks[at], unknowns, fixed, partial(self.sweep or self._one_by_one, at), slopes)
 
     def _one_by_one(self, at: int, many: Sequence[Mapping[str, float]]) -> list[Array | None]:
         return [self.predict(at, values) for values in many]
@@ -338,43 +263,13 @@ class Plain:
             size = self.candidates[name].size
             for trial in self.trials(name, fit):
                 if size.own:
-                    found.append(self._overlay(fit, name, trial))
+                    found.append(overlay(self.blocks, self.predict, fit, self.candidates[name], trial, self.scatters))
                     continue
                 values = {**trial.shapes, size.name: size.null + trial.amount}
-                rows = self._moved(fit, values)
+                rows = moved_rows(self.blocks, self.predict, fit, values)
                 if rows is not None:
                     found.append(Direction(name, values, trial.amount, rows, trial.looks))
         return found
-
-    def _overlay(self, fit: Fit, name: str, trial: Trial) -> Direction:
-        """Direction with a column for each way and block."""
-        sizes = [size for size in self.candidates[name].parameters if size.own]
-        # If all blocks depart alike, none does.
-        acting = self.blocks[:-1] if sizes[0].name in self.scatters else self.blocks
-        ways = tuple(f"{size.name}@{data.name}" for data in acting for size in sizes)
-        rows = [np.zeros((len(data.y), len(ways))) for data in self.blocks]
-        for at, data in enumerate(acting):
-            null = dict.fromkeys((size.name for size in sizes), 0.0)
-            own = {**fit.shapes, **plain_values(fit.values, data.name), **trial.shapes, **null}
-            here = self.predict(at, own)
-            for way, size in enumerate(sizes):
-                there = self.predict(at, {**own, size.name: trial.amount})
-                if here is not None and there is not None:
-                    rows[at][:, at * len(sizes) + way] = (here - there) / data.u
-        return Direction(name, dict(trial.shapes), trial.amount, tuple(rows), trial.looks, ways)
-
-    def _moved(self, fit: Fit, values: Mapping[str, float]) -> tuple[Array, ...] | None:
-        rows = []
-        for at, data in enumerate(self.blocks):
-            own = {**fit.shapes, **plain_values(fit.values, data.name)}
-            here, there = self.predict(at, own), self.predict(at, {**own, **values})
-            if here is None or there is None:
-                return None
-            rows.append((here - there) / data.u)
-        moved = sum(float(part @ part) for part in rows)
-        whole = sum(float(np.sum((data.y / data.u) ** 2)) for data in self.blocks)
-        # What does not act, such as a stop that no swing reaches, leaves rounding, which has another form everywhere.
-        return tuple(rows) if moved > ROUNDING**2 * whole else None
 
     # ---- what is reported ---------------------------------------------------------------------------------------
     def untestable(self) -> Mapping[str, str]:
@@ -402,14 +297,3 @@ class Plain:
         """Values of the parameters of the effects."""
         names = [size.name for name in fit.effects for size in self.candidates[name].parameters]
         return {name: {**fit.shapes, **fit.values}[name] for name in names if name in {**fit.shapes, **fit.values}}
-
-
-def _unknown(size: Size) -> Unknown:
-    return Unknown(size.name, size.null, size.scale, size.low, size.high, unit=size.unit)
-
-
-def plain_values(values: Mapping[str, float], block: str) -> dict[str, float]:
-    """Values that act on a block, by plain name."""
-    return {
-        name.split("@")[0]: value for name, value in values.items() if "@" not in name or name.endswith(f"@{block}")
-    }

@@ -13,7 +13,7 @@ from metrology.decay.hop import Hop
 from metrology.decay.modes import guard, is_mains
 from metrology.decay.separated import Separated, drift
 from metrology.diagnostics.release import HARMONICS, LONGEST, PER_PERIOD, Line, Record, node_gap
-from metrology.diagnostics.subject import Array
+from metrology.diagnostics.subject import Array, Marks
 from metrology.message import said
 from metrology.timeseries.spectra import periodogram
 from metrology.timeseries.white_noise import quantum, rounding_bias
@@ -149,3 +149,9 @@ def _foreign(omega: float, parted: Separated) -> bool:
     order = max(1, round(omega / main.omega))
     width = (0.2 if order == 1 else 0.04) * main.omega + guard(main, float(parted.t[-1]) - parted.crossed)
     return order > HARMONICS or abs(omega - order * main.omega) > width
+
+
+def phases(t: Array) -> list[tuple[str, Marks]]:
+    """Early and late decay, with the marks of their readings."""
+    middle = 0.4 * float(t[-1])
+    return [(said("early decay"), t < middle), (said("late decay"), t >= middle)]

@@ -9,10 +9,12 @@ from math import log
 import numpy as np
 
 from metrology.diagnosis import Diagnosis
+from metrology.diagnostics.block_trials import Trial
+from metrology.diagnostics.blocks import STEP, Readings
 from metrology.diagnostics.candidate import TENSION
 from metrology.diagnostics.direction import Direction
 from metrology.diagnostics.engine import rank
-from metrology.diagnostics.plain import STEP, Plain, Readings, Trial
+from metrology.diagnostics.plain import Plain
 from metrology.diagnostics.plain_reported import sizes_of_blocks
 from metrology.diagnostics.subject import Array, Fit
 from metrology.diagnostics.tension_candidates import limited, shared

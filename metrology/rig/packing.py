@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from metrology.message import said
-from metrology.rig import hooks
+from metrology.rig import added_readings, hooks
 from metrology.rig.kernel import layout
 from metrology.rig.kernel.steps import LEG_STEPS
 from metrology.rig.model import ATTACHMENTS, Rig
@@ -62,7 +62,7 @@ class Packed(NamedTuple):
     sags: bool
     linear: bool
     base: bool
-    reads: tuple[hooks.Added, ...]
+    reads: tuple[added_readings.Added, ...]
     clocks: bool
     most_events: int
 
@@ -119,7 +119,7 @@ def _is_fast_enough(vectors: Array) -> bool:
 @lru_cache(maxsize=256)
 def _kind(
     attachment: str, line_weight: str, on_bytes: bytes, together: bool
-) -> tuple[Whole, Whole, bool, bool, bool, tuple[hooks.Added, ...]]:
+) -> tuple[Whole, Whole, bool, bool, bool, tuple[added_readings.Added, ...]]:
     on = np.frombuffer(on_bytes, dtype=bool)
     at, n = np.full(len(_STATES), layout.NOTHING), 2
     for state, places in enumerate(_STATES):
@@ -130,7 +130,7 @@ def _kind(
     linear = not (sags or weighs or on[_CURVED].any())
     kind = np.array([ATTACHMENTS.index(attachment), int(weighs), n, int(together)])
     base = linear and not on[_OTHERS].any()
-    return kind, at, line_weight == "elastic catenary", linear, base, hooks.added(on)
+    return kind, at, line_weight == "elastic catenary", linear, base, added_readings.added(on)
 
 
 @lru_cache(maxsize=1)
@@ -163,7 +163,7 @@ def read_channels(run: Run, packed: Packed, vectors: Array, outs: tuple[Array, .
     """What the instruments make of the motion; None for a channel that was not asked for."""
     stamps = (run.t_x, run.t_v, run.t_T)
     if packed.reads:
-        outs = hooks.read(outs, stamps, run.t0, vectors, packed.reads)
+        outs = added_readings.read(outs, stamps, run.t0, vectors, packed.reads)
     elif packed.kind[layout.TOGETHER]:
         return outs
     return tuple(None if t is None else out for t, out in zip(stamps, outs, strict=True))

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from metrology.rig import hooks
+from metrology.rig import added_readings, hooks
 from metrology.rig.collocation import rule
 from metrology.rig.kernel import layout
 from metrology.rig.model import Rig
@@ -221,7 +221,7 @@ def _spread(
 
 
 def _read(
-    model: tuple[Rig, Run, tuple[hooks.Added, ...]], names: tuple[str, ...], true: Sequence[Array],
+    model: tuple[Rig, Run, tuple[added_readings.Added, ...]], names: tuple[str, ...], true: Sequence[Array],
     found: tuple[Array, ...],
 ) -> None:  # fmt: skip
     """Put in what the instruments make of the motion, and the derivatives by what they add to it."""
@@ -230,12 +230,14 @@ def _read(
     stamps = {name: t for name in CHANNELS if (t := getattr(run, f"t_{name}")) is not None}
     motion = {name: one for name, one in zip(CHANNELS, true, strict=True) if name in stamps}
     for name, rows in zip(CHANNELS, found, strict=True):
-        rate = hooks.rate(name, motion[name], (stamps[name], run.t0), vector, acting) if name in motion else None
+        rate = (
+            added_readings.rate(name, motion[name], (stamps[name], run.t0), vector, acting) if name in motion else None
+        )
         if rate is not None:
             rows *= rate
     for row, wanted in enumerate(names):
         if wanted in hooks.READ:
-            by = hooks.slope(wanted, motion, stamps, run.t0, vector)
+            by = added_readings.slope(wanted, motion, stamps, run.t0, vector)
             for name, rows in zip(CHANNELS, found, strict=True):
                 if name in by:
                     rows[row] = by[name]

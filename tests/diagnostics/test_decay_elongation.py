@@ -20,11 +20,11 @@ from scipy.signal import lfilter
 from metrology.decay import DecayTest
 from metrology.diagnosis import Diagnosis, Shift
 from metrology.diagnostics import Known, Other, Setting, decay, elongation, explain
+from metrology.diagnostics.blocks import plain_values
 from metrology.diagnostics.candidate import DECAY, ELONGATION
 from metrology.diagnostics.decay import Decay
 from metrology.diagnostics.elongation import Elongation
 from metrology.diagnostics.overlays import Overlay, with_overlays
-from metrology.diagnostics.plain import plain_values
 from metrology.diagnostics.release import FORCES, LEVELS
 from metrology.diagnostics.release_cut import _blocks
 from metrology.elongation import ElongationTest, Load, Reading

@@ -12,9 +12,11 @@ from truth_full import Full, follow
 from truth_response import Instruments, campaign
 
 from metrology.diagnostics import Response, Settings, response, settling
+from metrology.diagnostics.block_trials import Trial
+from metrology.diagnostics.blocks import Readings
 from metrology.diagnostics.candidate import Candidate, Size
 from metrology.diagnostics.engine import rank
-from metrology.diagnostics.plain import Plain, Readings, Trial
+from metrology.diagnostics.plain import Plain
 from metrology.estimation import Unknown
 from metrology.rig import Force, Rig, Run, simulate
 

@@ -12,6 +12,8 @@ import pytest
 from scipy.signal import lfilter
 from scipy.stats import multivariate_normal
 
+from metrology.diagnostics.block_trials import Trial
+from metrology.diagnostics.blocks import Readings
 from metrology.diagnostics.candidate import Candidate
 from metrology.diagnostics.direction import Direction
 from metrology.diagnostics.families import Family, compressed, families
@@ -19,7 +21,7 @@ from metrology.diagnostics.laws import Kind, Law, estimates, of_families, togeth
 from metrology.diagnostics.likelihood import Noise, common, noise, weighted
 from metrology.diagnostics.line import Line, line
 from metrology.diagnostics.misfit import misfit, narrow
-from metrology.diagnostics.plain import Plain, Readings, Trial
+from metrology.diagnostics.plain import Plain
 from metrology.diagnostics.search import Search
 from metrology.diagnostics.sets import NONE, Scarce, log_likelihood, log_prior, price
 from metrology.diagnostics.span import spanned, triangle

@@ -12,8 +12,9 @@ from scipy.interpolate import CubicSpline
 
 from metrology.decay import DecayTest
 from metrology.diagnostics import Response, Settings, response
+from metrology.diagnostics.blocks import plain_values
 from metrology.diagnostics.decay import Decay
-from metrology.diagnostics.plain import Plain, plain_values
+from metrology.diagnostics.plain import Plain
 from metrology.diagnostics.search import Search
 from metrology.diagnostics.sets import NONE
 from metrology.diagnostics.subject import LOST
