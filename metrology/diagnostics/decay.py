@@ -28,6 +28,7 @@ from metrology.diagnostics.plain_pictures import of_decay
 from metrology.diagnostics.plain_reported import binned
 from metrology.diagnostics.release import BENDS, BENT, FORCES, LEVELS, LINES, MOTION, STEPS, Record
 from metrology.diagnostics.release_cut import cut, parts, phases
+from metrology.diagnostics.release_overlay import overlaid, overlaid_slope
 from metrology.diagnostics.subject import Array, Fit, Slow
 from metrology.errors import Fault, MetrologyError
 from metrology.estimation import Unknown
@@ -97,7 +98,7 @@ class Decay:
         moved = dict(zip(different, one.follow(self.rig, different), strict=True))
         found: list[Array | None] = []
         for key, values in zip(keys, many, strict=True):
-            y = moved[key] + one.overlaid(values)
+            y = moved[key] + overlaid(one, values)
             line = np.array(values.get("other.frequency", math.nan))
             own = bool(self.bands.is_own(line, values.get("other.rate", 0.0)) | self.bands.makes(line))
             found.append(y if np.isfinite(y).all() and not own else None)
@@ -122,7 +123,7 @@ class Decay:
         for entry in unknowns:
             place = places[entry.name]
             own = entry.name.split("@")[0]
-            found.append(one.overlaid_slope(own, values) if place is None else moved[moving.index(place)])
+            found.append(overlaid_slope(one, own, values) if place is None else moved[moving.index(place)])
         slopes = np.array(found)
         return slopes if np.isfinite(slopes).all() else None
 

@@ -10,10 +10,11 @@ import numpy as np
 
 from metrology.diagnosis import Verdict
 from metrology.diagnostics.families import compressed, families
+from metrology.diagnostics.fits import COARSE, cost
 from metrology.diagnostics.judged import FAR, LIKELY, Judged
 from metrology.diagnostics.likelihood import common, weighted
 from metrology.diagnostics.probability import logistic, normalised
-from metrology.diagnostics.search import COARSE, EQUAL, Search, cost
+from metrology.diagnostics.search import EQUAL, Search
 from metrology.diagnostics.sets import NONE, Set, is_whole, without
 from metrology.diagnostics.subject import Fit
 from metrology.diagnostics.tails import either

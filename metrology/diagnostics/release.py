@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -37,8 +37,6 @@ STEPS = tuple(f"hop{order}" for order in range(HOPS))
 _OF_RIG = ("k", "c", "start.x", "start.v", *FORCES)
 LINES = ("other", "mains")
 """Oscillations that may overlie a decay."""
-GROWTH = (-50.0, 5.0)
-"""Least and most ln of what a line has grown to: the search may try any rate."""
 HARMONICS = 5
 """Multiples of the decay's own frequency at which a bent restoring force makes lines of its own."""
 PER_PERIOD = 20
@@ -288,46 +286,6 @@ class Record:
     def _valued(self, rig: Rig, values: tuple[float, ...]) -> Rig:
         spring = max(values[0], 1e-12), max(values[1], 0.0)
         return rig.with_values(dict(zip(("k", "c", *FORCES), (*spring, *values[4:BENT]), strict=True)))
-
-    def overlaid(self, values: Mapping[str, float]) -> Array:
-        """Slow motion and lines under the decay."""
-        y = np.array([values[name] for name in self.levels]) @ self.slow
-        for name, (_, later) in zip(STEPS, self.steps, strict=False):
-            y = y + values[name] * later
-        for name in LINES:
-            if f"{name}.frequency" in values:
-                (sine, cosine), (a, b) = self._ways(name, values)
-                y = y + (self.weights * (a * sine + b * cosine)).sum(axis=0)
-        return np.asarray(y, dtype=float)
-
-    def overlaid_slope(self, unknown: str, values: Mapping[str, float]) -> Array:
-        """Derivative of `overlaid` by one of its values."""
-        if unknown in LEVELS:
-            return np.asarray(self.slow[LEVELS.index(unknown)])
-        if unknown in STEPS:
-            return self.steps[STEPS.index(unknown)][1]
-        name, _, parameter = unknown.partition(".")
-        (sine, cosine), (a, b) = self._ways(name, values)
-        growth = self._growth(name, values)
-        grows = (growth > GROWTH[0]) & (growth < GROWTH[1])
-        by = {
-            "sin": sine,
-            "cos": cosine,
-            "frequency": 2 * math.pi * self.nodes * (a * cosine - b * sine),
-            "rate": np.where(grows, -self.nodes, 0.0) * (a * sine + b * cosine),
-        }[parameter]
-        return np.asarray((self.weights * by).sum(axis=0))
-
-    def _ways(self, name: str, values: Mapping[str, float]) -> tuple[tuple[Array, Array], tuple[float, float]]:
-        """Sine and cosine of a line at the nodes, and how much there is of each."""
-        turn = 2 * math.pi * values[f"{name}.frequency"] * self.nodes
-        fall = np.exp(np.clip(self._growth(name, values), *GROWTH))
-        amounts = values.get(f"{name}.sin", 0.0), values.get(f"{name}.cos", 0.0)
-        return (fall * np.sin(turn), fall * np.cos(turn)), amounts
-
-    def _growth(self, name: str, values: Mapping[str, float]) -> Array:
-        """Ln of what a line has grown to at the nodes, by its rate alone."""
-        return np.asarray(-values.get(f"{name}.rate", 0.0) * self.nodes)
 
 
 def node_gap(sensed: Sensed, omega: float) -> float:

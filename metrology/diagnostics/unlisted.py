@@ -12,13 +12,14 @@ import numpy as np
 from metrology.diagnostics.column_gain import INVISIBLE
 from metrology.diagnostics.direction import Direction
 from metrology.diagnostics.families import Family, families
+from metrology.diagnostics.fits import COARSE
 from metrology.diagnostics.judged import FAR, WithLaw
 from metrology.diagnostics.laws import Few, Law, estimates, of_families, together
 from metrology.diagnostics.likelihood import Noise, weighted
 from metrology.diagnostics.line import Line, base_places, effect_places, line
 from metrology.diagnostics.misfit import misfit, narrow
 from metrology.diagnostics.probability import probabilities
-from metrology.diagnostics.search import COARSE, Search
+from metrology.diagnostics.search import Search
 from metrology.diagnostics.sets import NEGLIGIBLE, Scarce, Set, is_whole, log_likelihood, log_prior
 from metrology.diagnostics.span import orthonormal
 from metrology.diagnostics.view import View

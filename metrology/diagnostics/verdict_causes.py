@@ -10,8 +10,9 @@ import numpy as np
 from metrology.diagnosis import Cause, Gain, Separation, Support, Value
 from metrology.diagnostics import intervals
 from metrology.diagnostics.candidate import Candidate
+from metrology.diagnostics.fits import COARSE
 from metrology.diagnostics.judged import LIKELY, Judged
-from metrology.diagnostics.search import COARSE, EQUAL
+from metrology.diagnostics.search import EQUAL
 from metrology.diagnostics.subject import Array, Fit, Subject
 from metrology.diagnostics.supported import noise_of, spread
 from metrology.diagnostics.verdict_sentences import followed

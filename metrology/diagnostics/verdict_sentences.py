@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from metrology.diagnosis import Cause
+from metrology.diagnostics.fits import COARSE
 from metrology.diagnostics.judged import FAR, LIKELY, Judged
-from metrology.diagnostics.search import COARSE
 from metrology.diagnostics.subject import Subject
 from metrology.message import Sentence, counted, said
 

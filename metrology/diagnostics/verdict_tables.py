@@ -8,8 +8,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from metrology.diagnosis import Detectable, Part, Remainder, Shift, Supported, Test
+from metrology.diagnostics.fits import COARSE
 from metrology.diagnostics.judged import LIKELY, Judged
-from metrology.diagnostics.search import COARSE
 from metrology.diagnostics.subject import Fit, Subject
 from metrology.diagnostics.verdict_sentences import law_words
 from metrology.message import said

@@ -17,7 +17,7 @@ Line = tuple[float, float, float, float]
 
 
 def propagate(decay: float, square: float, t: Array) -> Array:
-    """`closed.propagate` at many times, shape (4, n)."""
+    """`taut_and_free.propagate` at many times, shape (4, n)."""
     rest = square - decay * decay
     if rest > 0.0:
         omega, fall = np.sqrt(rest), np.exp(-decay * t)

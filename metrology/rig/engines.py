@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from metrology.rig import base_samples, closed, hooks, kernel, segments, tangent
+from metrology.rig import base_samples, closed, hooks, kernel, segments, tangent, taut_and_free
 from metrology.rig.kernel.march import march_many
 
 log = logging.getLogger("metrology.rig")
@@ -36,9 +36,11 @@ class Program(NamedTuple):
 
 WITHIN = {"tension", "pull", "stretch", "net_force"}
 """Functions that are written into the equation of motion: to hand them their arrays takes longer than what they do."""
+BASE = (taut_and_free, closed)
+"""Modules of the base model in closed form."""
 PROGRAMS = {
     # Higher levels cost more time to compile and gain nothing here, but for the long loops of the closed form.
-    "base": Program((closed,), "march_many", "base model", 2),
+    "base": Program(BASE, "march_many", "base model", 2),
     "kernel": Program(kernel.MODULES + tangent.MODULES, "march_many", "equation of motion", 1),
     "tangent": Program(kernel.MODULES + tangent.MODULES, "trace", "derivatives", 1),
 }
@@ -84,7 +86,7 @@ def interpreted() -> Kernel:
 def numpy(base: bool = False) -> Kernel:
     """Return the kernel with its linear segments vectorised by NumPy, or the closed form of the `base` model so."""
     modules, instead = (
-        ((closed,), {"write": base_samples.write}) if base else (kernel.MODULES, {"linear_leg": segments.linear_leg})
+        (BASE, {"write": base_samples.write}) if base else (kernel.MODULES, {"linear_leg": segments.linear_leg})
     )
     march: Kernel = _copy(modules, lambda function: function, instead)["march_many"]
     return march

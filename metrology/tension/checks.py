@@ -9,9 +9,9 @@ import numpy as np
 from metrology import raw
 from metrology.check import Check
 from metrology.message import said
+from metrology.tension.departure import FAR, excused_bow, off_line
 from metrology.tension.lines import Lines, outlying
 from metrology.tension.model import Built
-from metrology.tension.passage import excused
 from metrology.tension.results import Facts
 from metrology.tension.slope import Array, Slope, slope
 from metrology.tension.test import TensionTest
@@ -87,10 +87,10 @@ def linearity(test: TensionTest, drawn: tuple[Lines, ...]) -> Check:
         bow = f"{100 * line.bow / span:+.2g}".replace("-", "−")
         if p < test.significance:
             failed.append(said("{specimen} ({bow:figures} %)", specimen=one.mounting.name, bow=bow))
-        elif abs(line.bow) > allowed + _excused(one, test.tolerance) * span:
+        elif abs(line.bow) > allowed + excused_bow(one, test.tolerance) * span:
             u = f"{100 * line.bow_u / span:.2g}"
             unsure.append(said("{specimen} ({bow:figures} ± {u:figures} %)", specimen=one.mounting.name, bow=bow, u=u))
-        elif (part := _off_line(test, one)) > test.tolerance + _excused(one, test.tolerance):
+        elif (part := off_line(test, one)) > test.tolerance + excused_bow(one, test.tolerance):
             off.append(said("{specimen} ({part:.2g} %)", specimen=one.mounting.name, part=100 * part))
     p = min(1.0, 2 * len(drawn) * float(stdtr(worst[3], -worst[0])))
     if failed:
@@ -128,39 +128,6 @@ def linearity(test: TensionTest, drawn: tuple[Lines, ...]) -> Check:
         specimen=worst[2],
     )
     return Check(LINEARITY, worst[0], p, True, sentence)
-
-
-def _excused(one: Lines, tolerance: float) -> float:
-    """Bow over the range that noise excuses at most, by the reading that tells the stiffness."""
-    rows = one.passage.rows
-    return excused(one.mounting.force[rows], _tells(one)[rows], tolerance)
-
-
-PARTS = 10
-"""Parts of a record whose means are compared with its line."""
-
-
-def _off_line(test: TensionTest, one: Lines) -> float:
-    """How far the mean of a tenth of the readings is off the line, over the range; less scatter and rounding."""
-    rows, line = one.passage.rows, one.main
-    force, reading = one.mounting.force[rows], _tells(one)[rows]
-    seen = np.isfinite(reading)
-    force, left = force[seen], (reading - line.intercept - line.value * one.mounting.force[rows])[seen]
-    size = abs(line.value) * float(np.ptp(force))
-    if len(left) < 2 * PARTS or not size > 0:
-        return 0.0
-    means = np.array([part.mean() for part in np.array_split(left, PARTS)])
-    scatter = float(np.sqrt(np.mean(np.diff(left, 2) ** 2) / 6 * PARTS / len(left)))
-    key = "strain" if one.strain is not None else "crosshead"
-    rounded = test.division.get(key, 0.0) + abs(line.value) * test.division.get("force", 0.0)
-    return (float(np.abs(means).max()) - FAR * scatter - rounded / 2) / size
-
-
-def _tells(one: Lines) -> Array:
-    """The reading that tells the stiffness."""
-    reading = one.mounting.strain if one.strain is not None else one.mounting.crosshead
-    assert reading is not None
-    return reading
 
 
 def outlier(test: TensionTest, drawn: tuple[Lines, ...], built: Built) -> Check:
@@ -268,10 +235,6 @@ def _culprit(one: Lines, tolerance: float) -> str:
 def _relative(line: Slope, span: float) -> tuple[float, float]:
     """Bow and its standard uncertainty, over the range of a reading."""
     return line.bow / span, line.bow_u / span
-
-
-FAR = 3.0
-"""Standard uncertainties from which on a bow contradicts: by chance in 1 of 300 records of 20 degrees of freedom."""
 
 
 def opposite(drawn: tuple[Lines, ...]) -> Check:

@@ -106,7 +106,7 @@ def test_planted_sag_is_the_next_to_be_tried_where_the_straight_line_does_not_le
     subject = Response(rig, runs, ("k", "c"), PRIORS)
     base = subject.fit((), [{}])
     assert base.mean_cost > LOST
-    search = Search(subject, 8, 1, lambda _text: None, {NONE: base})
+    search = Search(subject, 8, 1, lambda _text: None, fits={NONE: base})
     here = search.view(base)
     assert frozenset({"sag"}) == search.promising(here)[0]
     (found,) = search.fit_sets(here, [frozenset({"sag"})])
@@ -128,7 +128,7 @@ def test_planted_compliance_that_only_the_stated_stiffness_contradicts_is_the_ne
     )  # fmt: skip
     subject = Response(sagging, runs, (), (*PRIORS, Prior("k", 300.0), Prior("c", 0.4)))
     base = subject.fit((), [{}])
-    search = Search(subject, 8, 1, lambda _text: None, {NONE: base})
+    search = Search(subject, 8, 1, lambda _text: None, fits={NONE: base})
     here = search.view(base)
     assert here.scores["setup"].z > 20
     (found,) = search.fit_sets(here, search.promising(here)[:1])

@@ -166,8 +166,9 @@ def test_refusal_of_an_added_force(added: Force, said: str) -> None:
 
 def test_law_modules_that_are_compiled_as_one_share_no_name_for_different_things():
     """A constant of the one would replace that of the other without a word."""
-    things: dict[str, object] = {}
-    for module in kernel.MODULES + tangent.MODULES:
-        for name, thing in vars(module).items():
-            if not name.startswith("__"):
-                assert things.setdefault(name, thing) is thing, f"{name} of {module.__name__}"
+    for modules in (engines.BASE, kernel.MODULES + tangent.MODULES):
+        things: dict[str, object] = {}
+        for module in modules:
+            for name, thing in vars(module).items():
+                if not name.startswith("__"):
+                    assert things.setdefault(name, thing) is thing, f"{name} of {module.__name__}"
