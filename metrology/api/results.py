@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property, partial
-from html import escape
 from math import isfinite
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from metrology.api.quantity import Budget, Quantity, causes, ends, pandas, shown, table
+from metrology.api.notebook import html
+from metrology.api.quantity import Budget, Quantity, pandas
 
 if TYPE_CHECKING:
     import numpy as np
@@ -292,18 +292,7 @@ class Results(Mapping[str, Quantity]):
         return "\n".join(f"{one.name} = {one}" for one in self.values()) or "no results"
 
     def _repr_html_(self) -> str:
-        rows = [(one.name, *shown(one.result), ends(one.result)) for one in self.values()]
-        campaign = self.findings.campaign
-        text = table(campaign.title, ("result", "value", "u", "unit", f"{campaign.probability:.0%} interval"), rows)
-        if self.verdicts:
-            judged = [(one.requirement, one.verdict, one.sentence) for one in self.verdicts]
-            text += table("Verdicts", ("requirement", "verdict", ""), judged)
-        if self.diagnosis:
-            found = [(one.test, one.verdict, one.sentence) for one in self.diagnosis]
-            text += table("Diagnosis", ("test", "verdict", ""), found)
-        if rows := [row for one in self.diagnosis for row in causes(one)]:
-            text += table("Causes", ("test", "cause", "verdict", "probability", "size"), rows)
-        return text + "".join(f"<p>{escape(sentence)}</p>" for sentence in self.notices)
+        return html(self)
 
 
 def _still(blocks: float, made: Trials) -> float:

@@ -12,8 +12,9 @@ from metrology.errors import Fault, MetrologyError
 from metrology.gum.distance_draws import LineEstimator
 from metrology.gum.fit import LINE, Basis, Floats, Regression
 from metrology.gum.matrix import root
-from metrology.gum.points import checked, distinct, quality, representable, spread, whitening
+from metrology.gum.points import checked, distinct, quality, representable, spread
 from metrology.gum.refit import Refit
+from metrology.gum.xy_covariance import Blocks, Frame, form, stacked_root, stated_blocks, times
 from metrology.message import said
 
 _MAX_STEPS = 200
@@ -54,62 +55,11 @@ def line_both(
         raise MetrologyError(Fault("fit", "uncertainties of x alone", "those of y as well", "or swap x and y"))
     points, values = checked(x, y, {**given, "covariance": None if covariance is None else np.ones(n)}, parameters=2)
     distinct(points, 2)
-    blocks = _blocks(given, correlation, covariance, n)
-    frame = _Frame(float(np.mean(points)), float(np.mean(values)), float(np.std(points)), float(np.std(values)) or 1.0)
+    blocks = stated_blocks(given, correlation, covariance, n)
+    frame = Frame(float(np.mean(points)), float(np.mean(values)), float(np.std(points)), float(np.std(values)) or 1.0)
     problem = _Problem((points - frame.x) / frame.x_scale, (values - frame.y) / frame.y_scale, blocks.scaled(frame))
     best = min((problem.minimise(start) for start in problem.starts()), key=lambda found: found.chi_squared)
     return _result(problem, best, frame, (points, values))
-
-
-@dataclass(frozen=True)
-class _Frame:
-    """Centre and spread of the points: the fit is made in scaled, centred coordinates."""
-
-    x: float
-    y: float
-    x_scale: float
-    y_scale: float
-
-
-@dataclass(frozen=True)
-class _Blocks:
-    """Covariance of x, of y, and of x with y: diagonals (n,) or matrices (n, n)."""
-
-    xx: Floats
-    yy: Floats
-    xy: Floats
-
-    def scaled(self, frame: _Frame) -> _Blocks:
-        sx, sy = frame.x_scale, frame.y_scale
-        return _Blocks(self.xx / sx / sx, self.yy / sy / sy, self.xy / sx / sy)
-
-    @property
-    def both(self) -> Floats:
-        """V_xy + V_yx."""
-        return 2 * self.xy if self.xy.ndim == 1 else self.xy + self.xy.T
-
-
-def _blocks(given: dict[str, Any], correlation: Any, covariance: Any, n: int) -> _Blocks:
-    if covariance is not None:
-        matrix = np.asarray(covariance, dtype=float)
-        whitening(matrix, 2 * n)
-        return _Blocks(matrix[:n, :n], matrix[n:, n:], matrix[:n, n:])
-    u_x, u_y = (np.asarray(given[name], dtype=float) for name in ("u_x", "u_y"))
-    r = np.broadcast_to(np.asarray(0.0 if correlation is None else correlation, dtype=float), (n,))
-    bad = np.flatnonzero(~(np.abs(r) < 1))
-    if len(bad):
-        raise MetrologyError(
-            *(Fault(f"correlation[{i}]", f"{r[i]:g}", "a coefficient between −1 and 1") for i in bad[:5])
-        )
-    return _Blocks(u_x**2, u_y**2, r * u_x * u_y)
-
-
-def _times(matrix: Floats, vector: Floats) -> Floats:
-    return matrix * vector if matrix.ndim == 1 else np.asarray(matrix @ vector)
-
-
-def _form(left: Floats, matrix: Floats, right: Floats) -> Floats:
-    return np.asarray((left * matrix) @ right.T if matrix.ndim == 1 else left @ matrix @ right.T)
 
 
 @dataclass(frozen=True)
@@ -138,7 +88,7 @@ class _State:
 class _Problem:
     x: Floats
     y: Floats
-    v: _Blocks
+    v: Blocks
 
     def solve(self, b: float, *columns: Floats) -> list[Floats]:
         w = self.v.yy - b * self.v.both + b * b * self.v.xx
@@ -163,16 +113,16 @@ class _Problem:
         a, b = float(theta[0]), float(theta[1])
         rho, one = self.y - a - b * self.x, np.ones(len(self.x))
         (q,) = self.solve(b, rho)
-        slope_q = _times(2 * b * self.v.xx - self.v.both, q)
+        slope_q = times(2 * b * self.v.xx - self.v.both, q)
         g = self.x + slope_q
-        adjusted = self.x + _times(b * self.v.xx - self.v.xy, q)
+        adjusted = self.x + times(b * self.v.xx - self.v.xy, q)
         w_one, w_g, w_adjusted = self.solve(b, one, g, adjusted)
         corner = -float(one @ w_g)
         return _State(
             theta,
             float(rho @ q),
             np.array([np.sum(q), self.x @ q + slope_q @ q / 2]),
-            np.array([[-one @ w_one, corner], [corner, -g @ w_g + q @ _times(self.v.xx, q)]]),
+            np.array([[-one @ w_one, corner], [corner, -g @ w_g + q @ times(self.v.xx, q)]]),
             np.array([[one @ w_one, one @ w_adjusted], [adjusted @ w_one, adjusted @ w_adjusted]]),
             np.array([-b * w_one, q - b * w_g]),
             np.array([w_one, w_g]),
@@ -208,8 +158,8 @@ class _Problem:
     def covariance(self, state: _State) -> Floats:
         """J·V·Jᵀ with J = −(∂h/∂θ)⁻¹·∂h/∂(x, y)."""
         by_x, by_y = (np.asarray(-np.linalg.solve(state.jacobian, part)) for part in (state.by_x, state.by_y))
-        cross = _form(by_x, self.v.xy, by_y)
-        return np.asarray(_form(by_x, self.v.xx, by_x) + _form(by_y, self.v.yy, by_y) + cross + cross.T)
+        cross = form(by_x, self.v.xy, by_y)
+        return np.asarray(form(by_x, self.v.xx, by_x) + form(by_y, self.v.yy, by_y) + cross + cross.T)
 
 
 def _refit(problem: _Problem, state: _State, covariance: Floats, to_parameters: Floats) -> Refit:
@@ -222,7 +172,7 @@ def _refit(problem: _Problem, state: _State, covariance: Floats, to_parameters: 
 
     v, n = problem.v, len(problem.x)
     columns = [problem.x, problem.y, np.ones(n), *_adjusted(problem, state)]
-    drawn = _root(v)
+    drawn = stacked_root(v)
     if v.xx.ndim == 2 and not np.any(v.xy):
         lower = np.linalg.cholesky(v.yy)
         half = np.linalg.solve(lower, v.xx)
@@ -230,7 +180,7 @@ def _refit(problem: _Problem, state: _State, covariance: Floats, to_parameters: 
         columns = [turned.T @ np.linalg.solve(lower, column) for column in columns]
         # Drawn before they are turned: eigenvectors have other signs and directions on another processor.
         drawn = block_diag(*(turned.T @ np.linalg.solve(lower, root(block)) for block in (v.xx, v.yy)))
-        v = _Blocks(sizes, np.ones(n), np.zeros(n))
+        v = Blocks(sizes, np.ones(n), np.zeros(n))
     x, y, one, on_x, on_y = columns
     return Refit(
         estimator=LineEstimator(v.xx, v.yy, v.both, one),
@@ -247,19 +197,11 @@ def _adjusted(problem: _Problem, state: _State) -> tuple[Floats, Floats]:
     """Points on the line that are nearest to those measured: x − (V_xy − b·V_xx)·q and y − (V_yy − b·V_yx)·q."""
     v, (a, b) = problem.v, state.theta
     (q,) = problem.solve(float(b), problem.y - a - b * problem.x)
-    x = problem.x - _times(v.xy - b * v.xx, q)
+    x = problem.x - times(v.xy - b * v.xx, q)
     return x, a + b * x
 
 
-def _root(v: _Blocks) -> Floats:
-    """Root of the covariance of x and y stacked; their standard uncertainties where all are independent."""
-    if not np.any(v.xy):
-        return np.asarray(np.sqrt(np.concatenate([v.xx, v.yy])))
-    xx, xy, yy = (np.diag(block) if block.ndim == 1 else block for block in (v.xx, v.xy, v.yy))
-    return np.asarray(np.linalg.cholesky(np.block([[xx, xy], [xy.T, yy]])))
-
-
-def _result(problem: _Problem, state: _State, frame: _Frame, data: tuple[Floats, Floats]) -> Regression:
+def _result(problem: _Problem, state: _State, frame: Frame, data: tuple[Floats, Floats]) -> Regression:
     x, y = data
     scale = np.array([frame.y_scale, frame.y_scale / frame.x_scale])
     centred = state.theta * scale + np.array([frame.y, 0.0])
