@@ -87,3 +87,13 @@ def test_arrows_go_down():
     assert len(every) > 100
     assert not every & FORBIDDEN
     assert not [(source, target) for source, target in every if height(source) <= height(target)]
+
+
+LONGEST = 300
+"""Lines of a file above which it has more than one job; none of the package needs more."""
+
+
+def test_limit_no_file_is_long():
+    long = {str(path.relative_to(PACKAGE)): text.count("\n") for path in PACKAGE.rglob("*.py")
+            if (text := path.read_text(encoding="utf-8")).count("\n") > LONGEST}  # fmt: skip
+    assert long == {}

@@ -261,9 +261,7 @@ class Decay:
 
     def gap(self, fit: Fit) -> Missing | None:
         """Residual against time and reading."""
-        t = np.concatenate([one.t for one in self.records])
-        u = np.concatenate([one.u for one in self.records])
-        y = np.concatenate([one.y for one in self.records])
+        t, y, u = (np.concatenate([getattr(one, name) for one in self.records]) for name in "tyu")
         residual = np.concatenate(fit.residuals) * u
         word = self.test.sensed.word
         return binned(
