@@ -194,7 +194,7 @@ def _expected(stated: Mapping[str, Any]) -> list[Mapping[str, Any]]:
 
 def _pages(opened: Opened, sources: Mapping[str, bytes] | None, templates: Path | None, *, allow_code: bool) -> Check:
     from metrology import chain, report
-    from metrology.findings import from_json
+    from metrology.findings import SCHEMA, from_json
     from metrology.report.pango import UnprintedError, how
 
     here = chain.software()
@@ -202,10 +202,13 @@ def _pages(opened: Opened, sources: Mapping[str, bytes] | None, templates: Path 
     other = sorted(name for name in {*here, *there} if there.get(name) != here.get(name))
     if other:
         return unchecked("pages", f"other versions are installed here than made the report ({', '.join(other)})")
+    unread = unchecked("pages", f"this version does not read {RESULTS}, which another one made")
+    if opened.stated.get("schema") != SCHEMA:
+        return unread
     try:
         findings = from_json(opened.attachments[RESULTS])
     except ValueError:
-        return unchecked("pages", f"this version does not read {RESULTS}, which another one made")
+        return unread
     try:
         made = report.make(findings, sources=sources, templates=templates, allow_code=allow_code)[report.PDF]
     except UnprintedError:
