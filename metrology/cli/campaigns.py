@@ -95,10 +95,8 @@ def each_campaign(
     for path in options.files:
         try:
             with show_progress(str(path), options) as progress:
-                without = getattr(options, "no_coverage", False)
-                evaluated = _evaluate(path, progress, allow_code=options.allow_code, coverage=not without)
+                evaluated = _evaluate(path, options, homes, progress)
                 findings = evaluated.findings
-                _refuse_same(homes, findings.campaign.id, path)
                 write(evaluated, options.output / findings.campaign.id, progress)
         except MetrologyError as error:
             print(error, file=sys.stderr)
@@ -128,12 +126,18 @@ def _refuse_same(homes: dict[str, Path], identity: str, path: Path) -> None:
     homes[identity] = path
 
 
-def _evaluate(path: Path, progress: Progress, *, allow_code: bool, coverage: bool) -> Evaluated:
-    from metrology import chain
+def _evaluate(path: Path, options: argparse.Namespace, homes: dict[str, Path], progress: Progress) -> Evaluated:
+    """Evaluate a file; what would be refused once its results are written is refused before."""
     from metrology.campaign.load import load
 
     progress("reading")
-    campaign = load(campaign_file(path), allow_code=allow_code)
+    campaign = load(campaign_file(path), allow_code=options.allow_code)
+    _refuse_same(homes, campaign.id, path)
+    from metrology import chain
+    from metrology.report.recorded import refuse_other
+
+    refuse_other(options.output / campaign.id, campaign.path)
+    coverage = not getattr(options, "no_coverage", False)
     return Evaluated(campaign, *chain.traced(campaign, progress=progress, coverage=coverage))
 
 

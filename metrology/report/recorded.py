@@ -30,13 +30,25 @@ def line(
     content = audit_trail.content(folder / audit_trail.NAME)
     name = ""
     if campaign is not None:
-        _refuse_other(folder, content, campaign)
+        _refuse(folder, content, campaign)
         name = str(campaign.resolve())
     return {audit_trail.NAME: audit_trail.extended(content, command, files, detail=detail, campaign=name)}
 
 
-def _refuse_other(folder: Path, trail: bytes, campaign: Path) -> None:
-    """Refuse to replace what another campaign of the same id gave; one that was moved away, or renamed, is none."""
+def refuse_other(folder: Path, campaign: Path) -> None:
+    """Refuse to replace what another campaign of the same id gave; one that was moved away, or renamed, is none.
+
+    Asked before an evaluation, which may take minutes; `line` asks again when it writes.
+
+    Raises
+    ------
+    MetrologyError
+        Where the trail is damaged, or says that the folder holds the results of another campaign.
+    """
+    _refuse(folder, audit_trail.content(folder / audit_trail.NAME), campaign)
+
+
+def _refuse(folder: Path, trail: bytes, campaign: Path) -> None:
     known = [one.campaign for one in audit_trail.parse(trail, audit_trail.NAME) if one.campaign]
     if not known or Path(known[-1]) == campaign.resolve():
         return

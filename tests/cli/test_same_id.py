@@ -61,3 +61,11 @@ def test_law_a_campaign_that_was_edited_moved_or_whose_namesake_was_renamed_is_m
     lines = Path("reports/same/audit.jsonl").read_text().splitlines()
     home = first if change == "edited" else second
     assert json.loads(lines[-1])["campaign"] == str(home.resolve() / "campaign.yaml")
+
+
+def test_law_what_cannot_be_written_is_refused_before_it_is_evaluated(two, monkeypatch, capsys) -> None:
+    first, second = two
+    assert made("run", first) == 0
+    monkeypatch.setattr("metrology.chain.traced", lambda *_, **__: pytest.fail("it takes minutes"))
+    assert made("run", second) == 2
+    assert "which has the same id 'same'" in capsys.readouterr().err
