@@ -36,7 +36,7 @@ LAYERS = (
     {"expression"},
     {"units"},
     {"consensus", "diagnosis", "errors", "jsontext", "message", "references"},
-    {"coordinate", "doc"},
+    {"coordinate", "doc", "ties"},
     {"__init__"},
 )
 """Rooms from top to bottom; a room imports from rooms below its own layer only."""

@@ -8,6 +8,7 @@ from dataclasses import replace
 from math import inf, sqrt
 from typing import TYPE_CHECKING
 
+from metrology import ties
 from metrology.findings import TakenAsExact
 from metrology.gum.distributions import Normal
 from metrology.gum.inputs import Component
@@ -104,7 +105,7 @@ def _judged(
         for result, slope in slopes.items()
         if slope and result in headline
     }
-    if most and most[result := min(most, key=lambda key: most[key])] < reach:
+    if most and most[result := min(most, key=lambda key: ties.level(most[key]))] < reach:
         yield TakenAsExact(name, description, value, unit, result, most[result])
 
 
@@ -126,7 +127,7 @@ def sentences(found: tuple[TakenAsExact, ...], plan: Plan) -> Iterator[str]:
             for one in alone
         )
         if len(loads) > MOST:
-            least = min(loads, key=lambda one: one.u)
+            least = min(loads, key=lambda one: ties.level(one.u))
             together = said(
                 "{count} loads, of which {first} matters most (u = {size:figures} makes u({quantity}) a tenth larger)",
                 count=len(loads),

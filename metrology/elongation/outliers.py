@@ -11,6 +11,7 @@ from metrology.check import Check
 from metrology.elongation.evidence import Evidence, untested
 from metrology.elongation.line import Floats
 from metrology.message import said
+from metrology.ties import largest
 
 OUTLIER = "outlier"
 
@@ -63,7 +64,7 @@ def outlier(evidence: Evidence) -> Check:
     spare = np.maximum(1 - means.leverage, 1e-9)
     rest = np.maximum((means.variance * means.dof - means.leftover**2 / spare) / (means.dof - 1), _least(evidence))
     ratios = np.where(means.leverage < 1 - 1e-6, means.leftover / np.sqrt(rest * spare), 0.0)
-    worst = int(np.abs(ratios).argmax())
+    worst = largest(np.abs(ratios))
     statistic = float(ratios[worst])
     p_value = min(1.0, count * 2 * float(stdtr(means.dof - 1, -abs(statistic))))
     reading = evidence.readings[worst]
@@ -119,7 +120,7 @@ def _several(evidence: Evidence) -> tuple[list[int], float, float]:
     most = (means.dof - 1) // 2
     for size in range(1, most + 1):
         ratios = np.where(spare > 1e-6, left**2 / np.maximum(spare, 1e-6), 0.0)
-        chosen.append(int(ratios.argmax()))
+        chosen.append(largest(ratios))
         column = -basis @ basis[chosen[-1]]
         column[chosen[-1]] += 1.0
         column /= np.linalg.norm(column)

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import hypot, sqrt
 
+from metrology import ties
 from metrology.gum.evaluation import BudgetRow
 from metrology.gum.inputs import NAMELESS, Knowledge
 from metrology.gum.rounding import readable
@@ -68,7 +69,7 @@ def advise(name: str, u: float, unit: str, rows: Sequence[BudgetRow], knowledge:
     """
     if not u > 0:
         return ""
-    levers = sorted(_levers(rows, knowledge, u), key=lambda lever: -lever.share)
+    levers = sorted(_levers(rows, knowledge, u), key=lambda lever: -ties.level(lever.share))
     first = levers[0]
     known: dict[str, str | float] = {
         "cause": first.begun or first.name, "name": name, "share": float(first.share), "component": first.mainly,
@@ -161,7 +162,7 @@ def _of_input(name: str, group: Sequence[BudgetRow], u: float) -> Lever:
         return _together("points", name, group)
     own = (hypot(*(row.contribution for row in group)) / u) ** 2
     share = sum(row.share for row in group)
-    largest = max(group, key=lambda row: abs(row.contribution))
+    largest = max(group, key=lambda row: ties.level(abs(row.contribution)))
     mainly = largest.component if len(group) > 1 else ""
     return Lever(name, hypot(*(row.u for row in group)), group[0].unit, mainly, own, share)
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from gum_models import knowledge, model, quantity
 
-from metrology import gum
+from metrology import gum, ties
 from metrology.gum import Normal, Rectangular, regression
 
 
@@ -68,3 +68,17 @@ def test_closed_form_parameters_of_one_fit_improve_together():
         "The uncertainty of the points of fit cal, y = a + b·x (cal.a, cal.b) has the largest part in"
         " u(y), 100% of u²; for u(y) to halve to 0.061, it would have to fall to 50% of what it is."
     )
+
+
+def test_law_causes_that_are_equal_but_for_rounding_keep_their_order():
+    """Another processor rounds otherwise: a report would name another cause there, and not verify."""
+    inputs = knowledge(*(quantity(name, 1.0, Normal(1.0)) for name in "abc"))
+    for expression in ("a + b + 0.1*3/0.3*c", "a + 0.1*3/0.3*b + c"):
+        advice = estimate(expression, inputs, "y", "1").advice
+        assert advice.startswith("a has the largest part"), advice
+        assert "next comes b with" in advice
+
+
+def test_limit_a_tie_ends_at_the_ninth_digit():
+    assert ties.largest(np.array([1.0, np.nextafter(1.0, 2.0), 0.5])) == 0
+    assert ties.largest([-1.0, 3.0, 3.0000001]) == 2
