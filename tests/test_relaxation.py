@@ -566,6 +566,19 @@ def test_closed_form_of_the_corners_of_a_course():
     assert found.whole
 
 
+def test_law_pieces_and_blocks_do_not_hang_on_the_last_digits():
+    """On another processor sums end otherwise; a corner that lies at a reading was before it here and after it there."""
+    t = np.arange(0.0, 100.0, 0.1)
+    u = np.interp(t, [0, 10, 12, 50, 53, 100], [0, 0, 1, 1, 3, 3])
+    found = set()
+    for seed in range(12):
+        digits = 1 + 1e-14 * np.random.default_rng(seed).normal(size=len(t))
+        of = course(t, u * digits)
+        by = [of.branch(t, tau) * digits for tau in (0.1, 10.0)]
+        found.add((of.first, tuple(blocks(t, of.at(t), u, of.first, by).start.tolist())))
+    assert len(found) == 1
+
+
 def test_limit_noise_with_a_memory_has_no_corners():
     """Means of 2, 4, … readings scatter by more than white noise would: that is not a course."""
     rng = np.random.default_rng(3)

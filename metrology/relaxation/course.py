@@ -17,6 +17,8 @@ PARAMETERS = 3.0
 (1988) 181; Schwarz's criterion)."""
 FINE = 1e-5
 """Part of the range of the input that no course has to follow: less than any instrument of a testing machine tells."""
+ON = 1e-6
+"""Part of the time between two readings within which a corner is at one of them."""
 MOST = 240
 """Pieces at most: eighty levels with a ramp of three pieces to each. The rest stays in one piece."""
 BINS = 4096
@@ -184,7 +186,8 @@ def _knots(t: Array, u: Array, edges: list[int]) -> Iterator[tuple[float, float]
         bend = line.slope - then.slope
         corner = near + (then.at(near) - line.at(near)) / bend if bend else np.inf
         if t[max(at - 2, edges[number - 1])] < corner < t[min(at + 1, edges[number + 1] - 1)]:
-            edges[number] = int(np.searchsorted(t, corner))
+            # A corner at a reading but for rounding is at it, on every processor.
+            edges[number] = int(np.searchsorted(t, corner - ON * (t[at] - t[at - 1])))
             yield corner, line.at(corner)
         else:
             yield float(t[at - 1]), line.at(float(t[at - 1]))

@@ -17,6 +17,10 @@ SAME_UNIT = frozenset(
     {"value", "u", "mean", "low", "high", "shortest_low", "shortest_high", "tolerance", "difference", "u_difference"}
 )
 """Numbers of one entry that have its unit: what is rounding to one of them is so to ``u`` beside it."""
+SPREAD = frozenset({"u", "size", "dof", "level", "memory"})
+"""Standard uncertainties, their degrees of freedom, level and correlation time of a noise: as exact as an u."""
+COUNTED = frozenset({"probability", "specific_risk", "rule_risk"})
+"""Parts of Monte Carlo draws: known to the ``resolution`` beside them, as a draw at a limit falls on either side."""
 OF_ONE = frozenset(
     {"probability", "p_value", "share", "coefficient", "filter_bias", "statistic", "log_bayes", "shift", "en",
      "tension", "magnitude", "phase", "combined", "peak_error", "closed_above", "closed_excess"}
@@ -27,7 +31,7 @@ TRIED, OF_TRIAL = frozenset({"score"}), 1e-6
 motions, of which the other unknowns explain most, has a digit less than what comes from one."""
 ENDS = frozenset({"d_low", "d_high"})
 """Differences of ends of intervals, as exact as these ends are."""
-DRAWN, DIGIT = frozenset({"series", "curves", "channels"}), 1e-5
+DRAWN, DIGIT = frozenset({"series", "curves", "channels", "density"}), 1e-5
 """What holds points of pictures, which are kept to six digits, and one unit of the last over such a number."""
 BARRED = 1e-2
 """Largest difference of a point drawn with its standard uncertainty, over this: no bar shows it. What is drawn is what
@@ -143,15 +147,20 @@ def _measure(key: str, value: float, beside: Mapping[str, Any]) -> float:
     """Size of which `RELATIVE` is rounding, of one number of an entry; 0 where its own size is the measure."""
     if key in ENDS:
         return _size([beside.get("low"), beside.get("high")])
+    if key in COUNTED and beside.get("resolution"):
+        return float(beside["resolution"]) / RELATIVE
     if key in OF_ONE | TRIED:
         return max(abs(value), 1.0) * (OF_TRIAL if key in TRIED else OF_U) / RELATIVE
-    if key in ("u", "size", "dof") or key.startswith("u_") or key.endswith("_u"):
+    if key in SPREAD or key.startswith("u_") or key.endswith("_u"):
         return abs(value) * OF_U / RELATIVE
-    return (
-        _size([beside.get(f"{key}_u"), beside.get(f"u_{key}"), beside.get("u") if key in SAME_UNIT else None])
-        * OF_U
-        / RELATIVE
-    )
+    own = (beside.get("u"), _width(beside)) if key in SAME_UNIT else ()
+    return _size([beside.get(f"{key}_u"), beside.get(f"u_{key}"), *own]) * OF_U / RELATIVE
+
+
+def _width(beside: Mapping[str, Any]) -> float | None:
+    """Width of an interval, where both of its ends are known."""
+    ends = [beside[key] for key in ("low", "high") if _is_number(beside.get(key))]
+    return ends[1] - ends[0] if len(ends) == 2 else None
 
 
 def _of_budget(node: Mapping[str, Any], path: str) -> Iterator[tuple[str, float]]:

@@ -147,3 +147,24 @@ def test_limit_parts_are_compared_with_their_whole(place, near, far):
 def test_refusal_a_change_is_not_hidden_beside_large_numbers(one, other):
     found = compare(json.dumps(one).encode(), json.dumps(other).encode())
     assert len(found.differences) == 1
+
+
+@pytest.mark.parametrize(
+    ("one", "near", "far"),
+    [
+        ({"low": 2.97, "high": 3.02}, 4e-9, 4e-8),  # of an interval of 0.05
+        ({"level": 1e-3}, 5e-11, 5e-10),  # of itself: a standard deviation
+        ({"rule_risk": 0.5, "resolution": 3e-6}, 1e-6, 1e-5),  # of so many draws
+        ({"rule_risk": 0.5}, 4e-10, 1e-6),  # of none
+    ],
+)
+def test_limit_numbers_are_compared_with_what_is_known_of_them(one, near, far):
+    key = next(iter(one))
+    texts = [json.dumps({**one, key: one[key] + by}).encode() for by in (0.0, near, far)]
+    assert compare(texts[0], texts[1]).agrees
+    assert not compare(texts[0], texts[2]).agrees
+
+
+def test_limit_the_density_of_draws_is_a_picture():
+    one, other = ({"density": [1722.98976 + more, 3000.0]} for more in (0.0, 1e-3))
+    assert compare(json.dumps(one).encode(), json.dumps(other).encode()).agrees

@@ -9,6 +9,7 @@ import numpy as np
 from metrology.check import Check
 from metrology.message import counted, said
 from metrology.relaxation.checks.done import LATER, Done
+from metrology.relaxation.course import FINE
 from metrology.relaxation.course import MOST as PIECES
 from metrology.relaxation.test import RelaxationTest
 from metrology.relaxation.unlike import Unlike, several, unlike
@@ -53,6 +54,7 @@ def levels(test: RelaxationTest, done: Sequence[Done]) -> Check:
         return Check(LEVELS, None, None, False, sentence)
     most = max(len(one.levels.held) for one in done)
     off = max(each.range / (float(np.ptp(one.scene.answer.of.u)) or 1.0) for one in done for each in one.levels.held)
+    off = max(off, FINE)  # what is less is rounding
     one_level = (
         "{count} level was held within {off:.2g} % of the range of the input; what it moved meanwhile is in the model."
     )
