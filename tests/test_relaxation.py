@@ -567,7 +567,7 @@ def test_closed_form_of_the_corners_of_a_course():
 
 
 def test_law_pieces_and_blocks_do_not_hang_on_the_last_digits():
-    """On another processor sums end otherwise; a corner that lies at a reading was before it here and after it there."""
+    """Sums of another processor end otherwise: a corner at a reading was before it here and after it there."""
     t = np.arange(0.0, 100.0, 0.1)
     u = np.interp(t, [0, 10, 12, 50, 53, 100], [0, 0, 1, 1, 3, 3])
     found = set()
