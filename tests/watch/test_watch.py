@@ -306,12 +306,12 @@ def test_limit_a_computation_that_cannot_begin_is_told(tmp_path: Path, monkeypat
 
 
 ASKING = """
-import pickle, time
+import pickle, sys
 from metrology.readings import apart
 
 class Slow:
     def __reduce__(self):
-        return time.sleep, (600,)
+        return exec, (f"import pathlib, time; pathlib.Path({sys.argv[1]!r}).touch(); time.sleep(600)",)
 
 apart._in_a_process(pickle.dumps(Slow()))
 """
@@ -319,13 +319,16 @@ apart._in_a_process(pickle.dumps(Slow()))
 
 @pytest.mark.skipif(sys.platform != "linux", reason="elsewhere a reader ends by its own alarm alone")
 @pytest.mark.parametrize("hangs", [False, True])
-def test_law_a_reader_ends_with_the_process_that_asked(hangs: bool):
-    with subprocess.Popen([sys.executable, "-c", ASKING]) as asking:
+def test_law_a_reader_ends_with_the_process_that_asked(hangs: bool, tmp_path: Path):
+    reads = tmp_path / "reads"
+    with subprocess.Popen([sys.executable, "-c", ASKING, str(reads)]) as asking:
         ends = monotonic() + WAIT
         while not (readers := below(asking.pid)):
             assert monotonic() < ends
             sleep(0.01)
-        sleep(1.0 if hangs else 0.0)
+        while hangs and not reads.exists():  # before it reads it may not be asked yet to end with the other
+            assert monotonic() < ends
+            sleep(0.01)
         for reader in readers if hangs else ():
             os.kill(reader, signal.SIGSTOP)
         asking.kill()
