@@ -33,7 +33,7 @@ class Direction:
         For an input that the fit seeks within a prior: its place among the unknowns. Nothing but the prior speaks
         against such a direction.
     exact : bool
-        Whether the rows are a derivative, not a difference of motions: what a fit leaves of them is no error then.
+        Whether the rows are a derivative, not a difference of motions: their residual after a fit is no error then.
     """
 
     effect: str

@@ -18,7 +18,7 @@ SAME_UNIT = frozenset(
 )
 """Numbers of one entry that have its unit: what is rounding to one of them is so to ``u`` beside it."""
 SPREAD = frozenset({"u", "size", "dof", "level", "memory"})
-"""Standard uncertainties, their degrees of freedom, level and correlation time of a noise: as exact as an u."""
+"""Standard uncertainties, their degrees of freedom, level and correlation time of a noise: as exact as u."""
 COUNTED = frozenset({"probability", "specific_risk", "rule_risk"})
 """Parts of Monte Carlo draws: known to the ``resolution`` beside them, as a draw at a limit falls on either side."""
 OF_ONE = frozenset(

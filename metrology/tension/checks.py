@@ -87,10 +87,10 @@ def linearity(test: TensionTest, drawn: tuple[Lines, ...]) -> Check:
         bow = f"{100 * line.bow / span:+.2g}".replace("-", "−")
         if p < test.significance:
             failed.append(said("{specimen} ({bow:figures} %)", specimen=one.mounting.name, bow=bow))
-        elif abs(line.bow) > allowed + excused_bow(one, test.tolerance) * span:
+        elif abs(line.bow) > allowed + (noise := excused_bow(one, test.tolerance)) * span:
             u = f"{100 * line.bow_u / span:.2g}"
             unsure.append(said("{specimen} ({bow:figures} ± {u:figures} %)", specimen=one.mounting.name, bow=bow, u=u))
-        elif (part := off_line(test, one)) > test.tolerance + excused_bow(one, test.tolerance):
+        elif (part := off_line(test, one)) > test.tolerance + noise:
             off.append(said("{specimen} ({part:.2g} %)", specimen=one.mounting.name, part=100 * part))
     p = min(1.0, 2 * len(drawn) * float(stdtr(worst[3], -worst[0])))
     if failed:

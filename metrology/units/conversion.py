@@ -28,7 +28,7 @@ class Unit:
 
     @property
     def name(self) -> str:
-        """The quantity in words; angles are told from numbers, and angular frequencies from frequencies."""
+        """The quantity in words; angles are distinguished from numbers, and angular frequencies from frequencies."""
         return _KINDS.get(self.si) or self.dimension.name
 
     def in_si(self, value: float, *, difference: bool = False) -> float:

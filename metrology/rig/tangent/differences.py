@@ -18,7 +18,7 @@ from metrology.rig.kernel.march import thrust_at
 STAMPS = -1
 """In place of a parameter: a shift of all stamps, which is what a clock does."""
 CHANGE = 1e-4
-"""Share of the forces that a step of a parameter changes: its square is what a central difference leaves out."""
+"""Share of the forces that a step of a parameter changes: its square is what a central difference neglects."""
 PLAIN = 1e3
 """Largest step of a size from its null, over the least: a size of use, where a compliance is small beside 1/k."""
 FAINT = 1e-22
