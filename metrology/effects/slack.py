@@ -20,7 +20,7 @@ EFFECT = Effect(
     title="Line that goes slack on one side",
     equation="T = k·e + c·e′ − s·(k·(e − e_s) + q·c·e′) beyond e_s",
     parameters=(
-        Parameter("slack.share", "s", "1", 0.0, 0.0, INF, (0.0, 1.5), 1e-2, "part of the line that goes slack"),
+        Parameter("slack.share", "s", "1", 0.0, 0.0, 1.0, (0.0, 1.0), 1e-2, "part of the line that goes slack"),
         Parameter("slack.place", "e_s", "m", 1e-3, -INF, INF, (-1.0, 1.0), 1e-3,
                   "elongation from the rest position at which it does; under a hanging mass −m·g/k"),
         Parameter("slack.damping", "q", "1", 1.0, 0.0, INF, (0.0, 1.0), 1e-2,

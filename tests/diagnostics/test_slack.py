@@ -8,7 +8,9 @@ from scipy.integrate import solve_ivp
 
 from metrology.decay import DecayTest
 from metrology.diagnostics import decay
+from metrology.errors import MetrologyError
 from metrology.gum.inputs import Input
+from metrology.rig import Rig
 from metrology.timeseries import Channel
 
 GRAVITY = 9.81
@@ -55,3 +57,10 @@ def test_planted_slack_line_is_named_with_its_place_and_its_damping(m, k, line, 
 def test_planted_taut_line_is_not_slack():
     found = decay(hung(5.0, 400.0, 0.6, 0.1, [0.11, -0.12, 0.1], 2), rng=np.random.default_rng(2))
     assert (found.verdict, found.named) == ("nothing missing", ())
+
+
+def test_limit_no_more_than_all_of_a_line_goes_slack():
+    """A fit went to a share of 2e7, a line that pushes with 7 MN/m, and one motion took seconds."""
+    Rig(2.0, 400.0, 1.0, attachment="both ways", effects={"slack.share": 1.0})
+    with pytest.raises(MetrologyError, match=r"slack\.share"):
+        Rig(2.0, 400.0, 1.0, attachment="both ways", effects={"slack.share": 1.01})
