@@ -14,6 +14,9 @@ from metrology.chain import independence
 HEAD = "format: metrology-campaign/1\nid: W\ntitle: Independent readings\n"
 REQUIRED = "requirements: [{{id: R, quantity: {name}, limits: {{upper: {upper}}}, decision: {{rule: guard band}}}}]\n"
 NORMAL = np.random.default_rng(3).normal(5.0, 0.01, 20).round(5)
+MIXED = np.random.default_rng(5).permutation(np.repeat(np.random.default_rng(3).normal(5.0, 0.01, 20).round(6), 5))
+LOST = np.random.default_rng(6).normal(5.0, 0.2, 60)
+LOST[[7, 19, 33, 50]] = 9999.0
 DRIFT = NORMAL + 0.01 * np.arange(20)
 CLIPPED = np.minimum(np.random.default_rng(4).normal(5.0, 0.2, 40).round(5), 5.0)
 
@@ -28,7 +31,7 @@ def evaluated(folder: Path, text: str, **files: str):
 def of_readings(folder: Path, values, more: str = ""):
     text = f'ensembles: {{e: {{readings: v.csv, columns: {{V: "V / V"}}{more}}}}}\n'
     column = "V / V\n" + "".join(f"{value:.5f}\n" for value in values)
-    return evaluated(folder, text + REQUIRED.format(name="V", upper="9 V"), v=column)
+    return evaluated(folder, text + REQUIRED.format(name="V", upper="99999 V"), v=column)
 
 
 @pytest.mark.long
@@ -39,6 +42,9 @@ def of_readings(folder: Path, values, more: str = ""):
         pytest.param(NORMAL.round(2), "", id="coarse"),
         pytest.param(np.tile(NORMAL, 5), "a stretch of 100 readings is among them more than once", id="copied"),
         pytest.param(np.repeat(np.tile(NORMAL, 2), 3), "each of the readings stands 3 times in a row", id="held"),
+        pytest.param(MIXED, "all 100 readings are copies of 20, in another order", id="copied and mixed"),
+        pytest.param(MIXED[1:], "all 99 readings are copies of 20, in another order", id="copied and mixed but one"),
+        pytest.param(LOST, "4 of 60 readings are the same", id="9999 where a reading was lost"),
         pytest.param(np.full(8, 5.1), "all 8 readings are alike", id="alike"),
         pytest.param(CLIPPED, "of 40 readings are the same", id="clipped"),
         pytest.param(DRIFT, "neighbouring readings are alike", id="drift"),
@@ -66,7 +72,7 @@ def test_planted_groups_that_are_copies_of_one_are_not_judged(tmp_path: Path) ->
     text = 'ensembles: {e: {readings: v.csv, columns: {V: "V / V"}, nested: [day]}}\n'
     for values, why in ((np.tile(NORMAL[:4], 5), "do not scatter"), (np.tile(NORMAL[:10], 2), "more than once")):
         rows = "".join(f"d{at // 4},{value:.5f}\n" for at, value in enumerate(values))
-        found = evaluated(tmp_path, text + REQUIRED.format(name="V", upper="9 V"), v="day,V / V\n" + rows)
+        found = evaluated(tmp_path, text + REQUIRED.format(name="V", upper="99999 V"), v="day,V / V\n" + rows)
         assert not found.conformity
         assert why in " ".join(found.withheld[0].reasons)
 

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 _APART = 1e-6
 """Correlation between two results that what they share by name does not explain, above which it is no rounding."""
+RECONSTRUCTED = ", reconstructed"
+"""What the source of a component says of readings that were not measured; a result made of it hands it on."""
 _ENDLESS = 1e9
 """Degrees of freedom of what is taken as known, where a number is asked for."""
 
@@ -45,6 +47,8 @@ class Imported:
         Whether its budget lacks a part of its standard uncertainty, which may be correlated with that of other results.
     display_unit : str
         Unit in which its own report shows it.
+    reconstructed : bool
+        Whether it rests on readings that were not measured, there or in a campaign that it takes a result from.
     """
 
     about: str
@@ -54,6 +58,7 @@ class Imported:
     lost: str
     loose: bool = False
     display_unit: str = ""
+    reconstructed: bool = False
 
 
 @dataclass(frozen=True)
@@ -118,12 +123,14 @@ def enter_results(document: Document) -> tuple[tuple[SourceFile, ...], tuple[Imp
         report = findings.campaign.report_number or findings.campaign.id
         about = f"{report}, {result.name}"
         if findings.campaign.reconstructed:
-            about += ", reconstructed"
+            about += RECONSTRUCTED
         about = f"{about}; SHA-256 {source.sha256[:12]}…"
         found = once.setdefault(about, independent_parts.parts(result))
         entered.append((entry, about, result, found))
+        why, invented = results_file.reasons(findings, result), RECONSTRUCTED in about
+        invented = invented or any(RECONSTRUCTED in row.source for row in result.budget)
         imported[about] = Imported(
-            about, result.name, report, results_file.reasons(findings, result), "", display_unit=result.display_unit
+            about, result.name, report, why, "", display_unit=result.display_unit, reconstructed=invented
         )
     declared = _declared(data)
     for name, (_, findings) in files.items():

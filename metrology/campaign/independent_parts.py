@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from math import ceil, inf, isfinite, log10, sqrt
 from typing import Any
 
-from metrology.campaign.results_file import Drawn, Result
+from metrology.campaign.results_file import KEPT, Drawn, Result
 from metrology.gum.bounded import Arcsine, Rectangular, Triangular
 from metrology.gum.distributions import Normal, Student
 from metrology.gum.influence import Distribution
@@ -17,8 +17,6 @@ _SHAPES = ("rectangular", "triangular", "arcsine")
 """Distributions that their standard uncertainty describes; others enter as normal ones of the same u."""
 _LEAST = 1e-9
 """Part of u² below which a difference is rounding."""
-_KEPT = 0.05
-"""Part of u by which an end of the interval may move before the distribution counts as lost."""
 _DRAWS = 200_000
 """Draws by which that is seen: they place the end of a 95 % interval to a hundredth of u."""
 
@@ -52,7 +50,7 @@ def lost(result: Result, found: list[Part]) -> str:
     if not u > 0:
         return ""
     low, high = result.value + np.quantile(_drawn(found), _tails(known))
-    if max(abs(low - known.low), abs(high - known.high)) <= max(known.tolerance, _KEPT * u):
+    if max(abs(low - known.low), abs(high - known.high)) <= max(known.tolerance, KEPT * u):
         return ""
     text = (
         "its symmetric {percent:g} % interval there is {low:figures} to {high:figures}, here {here_low:figures} to "
@@ -77,7 +75,7 @@ def rest(result: Result, found: list[Part]) -> Part | None:
     if variance == inf:
         low, high = np.quantile(_drawn(found), _tails(result.monte_carlo))
         variance = float((high - low) / (2 * Normal(1.0).quantile(_tails(result.monte_carlo)[1]))) ** 2
-    if result.u <= (1 + _KEPT) * sqrt(variance):
+    if result.u <= (1 + KEPT) * sqrt(variance):
         return None
     name = "what its budget does not show"
     return Part(f"{result.name}: {name}", name, sqrt(result.u**2 - variance), "normal", None, "B", "", "")

@@ -18,6 +18,7 @@ from metrology.campaign.copies import check_copies
 from metrology.campaign.extension import check_extends
 from metrology.campaign.fit_checks import check_fits
 from metrology.campaign.imported import enter_results
+from metrology.campaign.known_twice import differences
 from metrology.campaign.masses import enter_masses
 from metrology.campaign.names import collect, resolve
 from metrology.campaign.own import Code
@@ -133,6 +134,7 @@ def _noticed(campaign: Campaign) -> Iterator[str]:
         # No path: results are the same in whatever folder the campaign stands.
         yield from (noted(Notice(spell(place), sentence)) for place, sentence in (*unused(campaign), *idle(campaign)))
         yield from contradictions(campaign)
+        yield from differences(campaign)
 
 
 def _files(campaign: Campaign) -> tuple[SourceFile, ...]:

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from metrology.declaration.document import Document
 
 SUFFIX = ".json"
+KEPT = 0.05
+"""Part of u by which an end of an interval may move before it counts as another one."""
 KEYS = {"from", "result", "sha256"}
 
 
@@ -43,6 +45,13 @@ class Drawn:
 
 
 @dataclass(frozen=True)
+class Coverage:
+    """What is taken of the interval by the budget: its coverage factor."""
+
+    k: float | None = None
+
+
+@dataclass(frozen=True)
 class Result:
     """What is taken of a result; `doubts` is None in files of versions that do not write it."""
 
@@ -56,6 +65,19 @@ class Result:
     doubts: tuple[str, ...] | None = None
     u: float = nan  # as reported: of the draws where these do not confirm the framework
     display_unit: str = ""
+    coverage: Coverage = Coverage()
+
+    @property
+    def contradicts_itself(self) -> bool:
+        """Whether there is a u without a budget, or the draws confirm another value or u than it has."""
+        if self.framework.u > 0 and not any(row.contribution for row in self.budget):
+            return True
+        drawn, k = self.monte_carlo, self.coverage.k
+        if k is None or not (drawn.law_valid and isfinite(drawn.tolerance)):
+            return False
+        half = k * self.framework.u
+        off = max(abs(self.value - half - drawn.low), abs(self.value + half - drawn.high))
+        return off > max(drawn.tolerance, KEPT * self.framework.u)
 
 
 @dataclass(frozen=True)
@@ -168,6 +190,9 @@ def result_named(findings: Results, name: str) -> Result:
     result = known[name]
     if not (isfinite(result.value) and isfinite(result.framework.u)):
         raise WrongError("result", f"'{name}', which has no value or no uncertainty", "a result with both")
+    if result.contradicts_itself:
+        got = f"'{name}', whose value, u, budget and interval in the file do not go together"
+        raise WrongError("result", got, "the file as its campaign wrote it", "make the report of that campaign again")
     return result
 
 

@@ -112,6 +112,9 @@ def _of_imports(campaign: Campaign, plan: Plan) -> dict[str, tuple[Doubt, ...]]:
             )
             doubts.append(Doubt("imported result", said(text, **known)))
         plan.warnings.extend(doubt.sentence for doubt in doubts)
+        if one.reconstructed:
+            text = "{names:comma}: {result} of {report} rests on readings that were reconstructed, not measured."
+            plan.warnings.append(said(text, **known))
         # One that is found nowhere may have gone into any of them.
         for name in entered or plan.identities:
             found[name] = (*found.get(name, ()), *doubts)

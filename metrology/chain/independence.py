@@ -11,7 +11,7 @@ from math import lgamma, log, sqrt
 from typing import Any
 
 import numpy as np
-from scipy.special import betainc, ndtr
+from scipy.special import betainc, chdtr, gammaln, ndtr
 
 from metrology.gum.printed_probability import probability
 from metrology.message import said
@@ -52,12 +52,15 @@ def copied(values: Any) -> Iterator[str]:
     if held > 1:
         yield said("each of the readings stands {count} times in a row", count=held)
         return
-    if count := _alike(np.sort(value), _step(value)):
+    if count := _alike(np.sort(value)):
         text = "{count} of {whole} readings are the same: held, or at the end of the range"
         yield said(text, count=count, whole=len(value))
         return
     if length := _twice(value):
         yield said("a stretch of {count} readings is among them more than once", count=length)
+    elif _evenly(value):
+        levels = len(np.unique(value))
+        yield said("all {whole} readings are copies of {count}, in another order", whole=len(value), count=levels)
 
 
 def points(x: Any, y: Any, residuals: Any, design: Any) -> Iterator[str]:
@@ -119,7 +122,7 @@ def _step(value: Floats) -> float:
     return divisor(steps[steps > least]) or least
 
 
-def _alike(value: Floats, step: float) -> int:
+def _alike(value: Floats) -> int:
     """Sorted readings at the level that most of them have, where so many are no chance; else none.
 
     In one step of the readings lies at most the share step/(width of the densest half of all others); where that is a
@@ -132,6 +135,7 @@ def _alike(value: Floats, step: float) -> int:
     half = len(others) // 2 + 1
     if count < BLOCK or half > len(others):
         return 0
+    step = _step(others)
     width = float((others[half - 1 :] - others[: len(others) - half + 1]).min())
     if width <= JUMP * step:
         return 0
@@ -139,7 +143,26 @@ def _alike(value: Floats, step: float) -> int:
     second = int(counts[~np.isin(levels, list(ends))].max(initial=0))
     choices = lgamma(len(value) + 1) - lgamma(count + 1) - lgamma(len(value) - count + 1)
     rare = choices + (count - 1) * log(step / width) < log(RARE)
-    return count if rare and len(levels) * float(betainc(count, second + 1, 0.5)) < CHANCE else 0
+    # Where no two of the others are equal, two readings are equal with less than one over their pairs.
+    alone = second == 1 and choices - (count - 1) * log(len(others) * (len(others) - 1) / 2) < log(CHANCE)
+    return count if rare and (alone or len(levels) * float(betainc(count, second + 1, 0.5)) < CHANCE) else 0
+
+
+def _evenly(value: Floats) -> bool:
+    """Whether each reading is there as often as any other, as of copies in another order, where that is no chance.
+
+    Numbers of independent readings at D levels are nowhere more even than of levels that are equally probable: by
+    their multinomial probability, and by χ² where a copy or two are lacking.
+    """
+    counts = np.unique(value, return_counts=True)[1].astype(float)
+    if counts.min() < 2:
+        return False
+    n, levels = len(value), len(counts)
+    mean = n / levels
+    even = np.floor((n + np.arange(levels)) / levels)
+    most = lgamma(n + 1) - float(gammaln(even + 1).sum()) - n * log(levels)
+    spread = float(np.square(counts - mean).sum()) / mean
+    return max(most, log(max(float(chdtr(levels - 1, spread)), 1e-300))) < log(RARE)
 
 
 def _twice(value: Floats) -> int:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 from hashlib import sha256
 from math import hypot, sqrt
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -410,3 +412,45 @@ def test_parts_that_no_budget_has_of_two_results_of_one_report_are_not_judged(tm
     findings = chain.evaluate(load(tmp_path / "campaign.yaml"), coverage=False)
     assert not findings.conformity
     assert any("how the two are correlated is not known" in text for text in findings.warnings)
+
+
+@pytest.mark.parametrize(
+    "edited",
+    [
+        pytest.param({"value": 9e-3}, id="value"),
+        pytest.param({"u": 1e-6, "framework": {"value": 8e-3, "u": 1e-6}}, id="u"),
+        pytest.param({"budget": []}, id="no budget"),
+    ],
+)
+def test_refusal_a_result_that_was_edited_in_its_file(tmp_path: Path, edited: dict[str, Any]):
+    """Its SHA-256 is stated anew; the interval of the draws still tells value and u."""
+    (tmp_path / "calibration.yaml").write_text(HEAD + CALIBRATION.replace("dof: 6, ", ""))
+    source = json.loads(to_json(chain.evaluate(load(tmp_path / "calibration.yaml"), coverage=False)))
+    (row,) = [one for one in source["results"] if one["name"] == "total"]
+    assert row["monte_carlo"]["law_valid"]
+
+    def enter() -> None:
+        raw = json.dumps(source).encode()
+        (tmp_path / "cal.json").write_bytes(raw)
+        used(tmp_path, USE.format(sha=sha256(raw).hexdigest()))
+
+    enter()
+    row |= edited
+    with pytest.raises(MetrologyError, match="do not go together"):
+        enter()
+
+
+def test_law_results_of_reconstructed_readings_say_so_in_every_campaign_that_takes_them(tmp_path: Path):
+    (tmp_path / "source.yaml").write_text(HEAD + "reconstructed: made up\n" + CALIBRATION)
+    name, result = "source", "total"
+    for step in ("first", "second"):
+        raw = to_json(chain.evaluate(load(tmp_path / f"{name}.yaml"), coverage=False))
+        (tmp_path / f"{name}.json").write_bytes(raw)
+        entry = f"{{from: {name}.json, result: {result}, sha256: {sha256(raw).hexdigest()}}}"
+        text = f"id: {step}\nquantities: {{m: {entry}}}\nderived: [{{quantity: y, expression: 2*m, unit: g}}]\n"
+        (tmp_path / f"{step}.yaml").write_text(HEAD + text)
+        found = chain.evaluate(load(tmp_path / f"{step}.yaml"), coverage=False)
+        told = "rests on readings that were reconstructed, not measured"
+        assert any(told in one for one in found.warnings), step
+        assert any(told in one.sentence for one in found.notices), step
+        name, result = step, "y"
