@@ -80,11 +80,20 @@ def points(x: Any, y: Any, residuals: Any, design: Any) -> Iterator[str]:
         yield said("a stretch of {count} points is among them more than once", count=length)
         return
     order = np.argsort(x, kind="stable")
-    p = ordered(rest[order], np.asarray(design, dtype=float)[order])
+    rest, rows = rest[order], np.asarray(design, dtype=float)[order]
+    p = ordered(rest, rows)
     if p < CHANCE:
         text = (
             "residuals of neighbouring points are alike ({p:figures}): the points do not follow the model, and their "
             "scatter about it says too little of u"
+        )
+        yield said(text, p=_p(p))
+        return
+    p = periodic(rest, rows.shape[1])
+    if p < CHANCE:
+        text = (
+            "the residuals are a periodic function of x ({p:figures}): the points do not follow the model, or the fit "
+            "did not end at its best values; begin from others"
         )
         yield said(text, p=_p(p))
 
@@ -113,6 +122,21 @@ def ordered(residuals: Floats, design: Floats) -> float:
     drawn -= (drawn @ basis) @ basis.T
     ratios = np.square(np.diff(drawn, axis=1)).sum(axis=1) / np.square(drawn).sum(axis=1)
     return float((np.count_nonzero(ratios <= ratio) + 1) / (DRAWS + 1))
+
+
+def periodic(residuals: Floats, taken: int) -> float:
+    """Upper limit of the probability of so strong a line in the spectrum of residuals in the order of x, by chance.
+
+    Of m ordinates of a periodogram of independent normal errors the largest is at least a part g of their sum with the
+    probability m·(1 − g)^(m − 1) at most; here of twice as many frequencies, so that one between two is seen, and of m
+    less the `taken` parameters of the fit. Source: R. A. Fisher, Proc. R. Soc. A 125 (1929) 54.
+    """
+    n = len(residuals)
+    left, square = (n - 1) // 2 - taken, float(residuals @ residuals)
+    if left < 2 or not square > 0.0:
+        return 1.0
+    power = np.square(np.abs(np.fft.rfft(residuals, 2 * n)[2:n])) * 2 / (n * square)
+    return float(min(1.0, len(power) * max(0.0, 1.0 - float(power.max())) ** (left - 1)))
 
 
 def _step(value: Floats) -> float:

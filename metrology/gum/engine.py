@@ -6,8 +6,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 from math import ceil, inf, isfinite, nan
 
-import numpy as np
-
 from metrology.errors import Fault, MetrologyError
 from metrology.gum.advice import advise
 from metrology.gum.budget import budget
@@ -156,19 +154,20 @@ def simulate(law: Law, knowledge: Knowledge, plan: Plan) -> tuple[tuple[MonteCar
 
     trials = run(measurands, sampler(knowledge, law.joint), plan, enough)
     found = [judge(claim, trials, row, plan) for row, claim in enumerate(stated)]
-    return tuple((one, _output(law, row, one, trials.outputs[row])) for row, one in enumerate(found))
+    return tuple((one, _output(law, row, one, trials.outputs)) for row, one in enumerate(found))
 
 
-def _output(law: Law, row: int, found: MonteCarlo, draws: Floats) -> Output | None:
+def _output(law: Law, row: int, found: MonteCarlo, outputs: Floats) -> Output | None:
     """Return the law's distribution where clause 8 confirms it, else that of the draws; None without numbers."""
     if found.law_valid:
         return Analytic(law.linear[row].value, law.u(row), law.dof(row)[0] or inf)
     if not isfinite(found.low):
         return None
-    ordered = np.sort(draws)
+    # A row of many is copied, so that the draws of the others are not kept with it.
+    draws = outputs[row].copy() if len(outputs) > 1 else outputs[row]
     if isfinite(found.u):
-        return Empirical(found.mean, found.u, ordered)
-    return without_moments(ordered, found.p)
+        return Empirical(found.mean, found.u, draws)
+    return without_moments(draws, found.p)
 
 
 def _estimate(law: Law, row: int, knowledge: Knowledge, found: tuple[MonteCarlo, Output | None]) -> Estimate:

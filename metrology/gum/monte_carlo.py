@@ -7,7 +7,7 @@ the same bits whatever the number of threads.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from math import ceil, inf
@@ -144,9 +144,10 @@ def run(measurands: Sequence[Measurand], sampler: Sampler, plan: Plan, enough: C
     shape = len(measurands)
     trials = Trials(np.empty((shape, 0)), np.empty((0, shape, 6)), [0] * shape)
     blocks = plan.first_blocks
-    with ThreadPoolExecutor(plan.threads or min(os.cpu_count() or 1, 4)) as pool:
+    threads = plan.threads or min(os.cpu_count() or 1, 4)
+    with ThreadPoolExecutor(threads) as pool:
         while True:
-            _extend(trials, measurands, sampler, plan, blocks, pool)
+            _extend(trials, measurands, sampler, plan, blocks, pool, threads)
             if blocks >= plan.most_blocks:
                 return trials
             short = enough(trials) if plan.adaptive else inf
@@ -162,6 +163,7 @@ def _extend(
     plan: Plan,
     blocks: int,
     pool: ThreadPoolExecutor,
+    threads: int,
 ) -> None:
     done, size = trials.batches.shape[0], plan.block
     outputs = np.empty((len(measurands), blocks * size))
@@ -169,15 +171,19 @@ def _extend(
     batches = np.empty((blocks, len(measurands), 6))
     batches[:done] = trials.batches
 
-    def work(index: int) -> list[int]:
-        generator = np.random.Generator(np.random.SFC64(np.random.SeedSequence(plan.seed, spawn_key=(index,))))
-        own = outputs[:, index * size : (index + 1) * size]
-        with np.errstate(all="ignore"):
-            _evaluate(measurands, sampler.draw(generator, size), own)
-            return [_summarise(row, plan.probability, batches[index, i]) for i, row in enumerate(own)]
+    def work(first: int) -> Floats:
+        invalid = np.zeros(len(measurands), dtype=int)
+        for index in range(first, blocks, threads):
+            generator = np.random.Generator(np.random.SFC64(np.random.SeedSequence(plan.seed, spawn_key=(index,))))
+            own = outputs[:, index * size : (index + 1) * size]
+            with np.errstate(all="ignore"):
+                _evaluate(measurands, sampler.draw(generator, size), own)
+                invalid += [_summarise(row, plan.probability, batches[index, i]) for i, row in enumerate(own)]
+        return invalid
 
-    counts: Iterable[list[int]] = pool.map(work, range(done, blocks))
-    invalid = [sum(column) for column in zip(trials.invalid, *counts, strict=True)]
+    # One task for each thread: handing over block by block took a quarter of the time.
+    counts = list(pool.map(work, range(done, done + threads)))
+    invalid = [before + int(more) for before, more in zip(trials.invalid, np.sum(counts, axis=0), strict=True)]
     trials.outputs, trials.batches, trials.invalid = outputs, batches, invalid
 
 

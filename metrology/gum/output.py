@@ -8,6 +8,7 @@ hold.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from math import inf
 from typing import Any, Protocol
 
@@ -121,13 +122,18 @@ class Empirical:
     value, u : float
         Mean and standard deviation of the draws (7.6); where these have none, see `without_moments`.
     draws : ndarray, shape (M,)
-        In ascending order.
+        In any order.
     """
 
     value: float
     u: float
     draws: Floats
     dof: float = inf
+
+    @cached_property
+    def ordered(self) -> Floats:
+        """Draws in ascending order; many a result is asked for no probability, and sorting is a third of its time."""
+        return np.sort(self.draws)
 
     @property
     def resolution(self) -> float:
@@ -136,15 +142,15 @@ class Empirical:
 
     def below(self, x: Any) -> Any:
         """Share of the draws below x."""
-        return _plain(np.searchsorted(self.draws, x, "left") / self.draws.size)
+        return _plain(np.searchsorted(self.ordered, x, "left") / self.draws.size)
 
     def above(self, x: Any) -> Any:
         """Share of the draws above x."""
-        return _plain((self.draws.size - np.searchsorted(self.draws, x, "right")) / self.draws.size)
+        return _plain((self.draws.size - np.searchsorted(self.ordered, x, "right")) / self.draws.size)
 
     def quantile(self, p: float) -> float:
         """Value that is not exceeded by a share p of the draws."""
-        return float(self.draws[min(max(int(np.ceil(p * self.draws.size)) - 1, 0), self.draws.size - 1)])
+        return float(self.ordered[min(max(int(np.ceil(p * self.draws.size)) - 1, 0), self.draws.size - 1)])
 
     def interval(self, p: float) -> tuple[float, float]:
         """Shortest interval where it is clearly shorter than the symmetric one, else that one (JCGM 101, 5.3.4)."""
@@ -176,7 +182,7 @@ def without_moments(draws: Floats, p: float) -> Empirical:
     Parameters
     ----------
     draws : ndarray, shape (M,)
-        In ascending order.
+        In any order.
     p : float
         Coverage probability of the interval.
 
@@ -197,9 +203,9 @@ def without_moments(draws: Floats, p: float) -> Empirical:
     """
     from scipy.special import ndtri
 
-    found = intervals(draws.copy(), p)
-    low, high = found.reported
-    return Empirical(float(draws[draws.size // 2]), (high - low) / 2 / float(ndtri((1 + p) / 2)), draws)
+    ordered = np.sort(draws)
+    low, high = intervals(ordered.copy(), p).reported
+    return Empirical(float(ordered[ordered.size // 2]), (high - low) / 2 / float(ndtri((1 + p) / 2)), ordered)
 
 
 def is_centred(value: float, low: float, high: float) -> bool:

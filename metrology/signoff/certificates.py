@@ -151,11 +151,11 @@ def same_name(one: str, other: str) -> bool:
 
 
 def common_name(certificate: Certificate) -> str:
-    """Common name of a certificate's subject, or all of it."""
+    """Common name of a certificate's subject; all of it where it has none, or several: it is not the name of one."""
     from cryptography.x509.oid import NameOID
 
     found = certificate.subject.get_attributes_for_oid(NameOID.COMMON_NAME)
-    return str(found[0].value) if found else certificate.subject.rfc4514_string()
+    return str(found[0].value) if len(found) == 1 else certificate.subject.rfc4514_string()
 
 
 def fingerprint(certificate: Certificate) -> str:

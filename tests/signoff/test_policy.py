@@ -14,6 +14,7 @@ import pytest
 from asn1crypto import tsp
 from cryptography.hazmat.primitives import serialization
 from cryptography.hazmat.primitives.serialization import Encoding, NoEncryption, PrivateFormat
+from cryptography.x509.oid import NameOID
 from forging import Pair, answering, authority_of_stamps, issued, revoking, rsa_key, signed_by, signer_of, stamper
 
 from metrology import audit_trail, cli, signoff
@@ -167,6 +168,15 @@ def test_refusal_revoked_certificate_foreign_authority_and_one_person_twice(lab,
     twice = issued("Q. Officer", lab.root, key=lab.people["author"][0])
     with pytest.raises(MetrologyError, match="the certificate that signed as author, or another one of that person"):
         signoff.sign(report, "reviewer", signer_of(twice, lab.root[1]), policy=foreign)
+
+
+def test_refusal_certificate_with_the_names_of_two(lab, written: Path, tmp_path: Path) -> None:
+    """By the first of its names one person signed in the roles of both."""
+    report = Path(shutil.copy(written, tmp_path / "report.pdf"))
+    names = [(NameOID.COMMON_NAME, "T. Tester"), (NameOID.COMMON_NAME, "Q. Officer")]
+    both = signer_of(issued(names, lab.root), lab.root[1])
+    with pytest.raises(MetrologyError, match=r"who is not T\. Tester"):
+        signoff.sign(report, "author", both, policy=signoff.Policy(authorities=(lab.root[1],)))
 
 
 def test_law_subject_with_its_authority_is_as_good_as_a_fingerprint(lab, made) -> None:
