@@ -80,8 +80,8 @@ def points(x: Any, y: Any, residuals: Any, design: Any) -> Iterator[str]:
         yield said("a stretch of {count} points is among them more than once", count=length)
         return
     order = np.argsort(x, kind="stable")
-    rest, rows = rest[order], np.asarray(design, dtype=float)[order]
-    p = ordered(rest, rows)
+    rest, derivatives = rest[order], np.asarray(design, dtype=float)[order]
+    p = ordered(rest, derivatives)
     if p < CHANCE:
         text = (
             "residuals of neighbouring points are alike ({p:figures}): the points do not follow the model, and their "
@@ -89,7 +89,7 @@ def points(x: Any, y: Any, residuals: Any, design: Any) -> Iterator[str]:
         )
         yield said(text, p=_p(p))
         return
-    p = periodic(rest, rows.shape[1])
+    p = periodic(rest, len(derivatives.T))
     if p < CHANCE:
         text = (
             "the residuals are a periodic function of x ({p:figures}): the points do not follow the model, or the fit "
