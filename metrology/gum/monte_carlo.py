@@ -172,7 +172,7 @@ def _extend(
     batches[:done] = trials.batches
 
     def work(first: int) -> Floats:
-        invalid = np.zeros(len(measurands), dtype=int)
+        invalid = np.zeros(len(measurands))
         for index in range(first, blocks, threads):
             generator = np.random.Generator(np.random.SFC64(np.random.SeedSequence(plan.seed, spawn_key=(index,))))
             own = outputs[:, index * size : (index + 1) * size]

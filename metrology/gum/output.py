@@ -158,7 +158,7 @@ class Empirical:
 
     def posterior(self, prior: Prior, limits: Limits, shift: float) -> tuple[float, float]:
         """Sums of the prior's density over the draws inside and outside of limits; the draws are the likelihood."""
-        values = self.draws + shift
+        values = self.ordered + shift
         return _parted(values, np.asarray(prior.density(values)), limits)
 
 
