@@ -60,7 +60,7 @@ def test_planted_taut_line_is_not_slack():
 
 
 def test_limit_no_more_than_all_of_a_line_goes_slack():
-    """A fit went to a share of 2e7, a line that pushes with 7 MN/m, and one motion took seconds."""
+    """A fit went to a share of 2e7, a line that pushes with 1.7 GN/m, and one motion took seconds."""
     Rig(2.0, 400.0, 1.0, attachment="both ways", effects={"slack.share": 1.0})
     with pytest.raises(MetrologyError, match=r"slack\.share"):
         Rig(2.0, 400.0, 1.0, attachment="both ways", effects={"slack.share": 1.01})
