@@ -127,11 +127,11 @@ def enter_results(document: Document) -> tuple[tuple[SourceFile, ...], tuple[Imp
         about = f"{about}; SHA-256 {source.sha256[:12]}…"
         found = once.setdefault(about, independent_parts.parts(result))
         entered.append((entry, about, result, found))
-        why, invented = results_file.reasons(findings, result), RECONSTRUCTED in about
-        invented = invented or any(RECONSTRUCTED in row.source for row in result.budget)
+        further = any(RECONSTRUCTED in row.source for row in result.budget)
         imported[about] = Imported(
-            about, result.name, report, why, "", display_unit=result.display_unit, reconstructed=invented
-        )
+            about, result.name, report, results_file.reasons(findings, result), "", display_unit=result.display_unit,
+            reconstructed=bool(findings.campaign.reconstructed) or further,
+        )  # fmt: skip
     declared = _declared(data)
     for name, (_, findings) in files.items():
         of_file = {about: (result, found) for entry, about, result, found in entered if entry["from"] == name}

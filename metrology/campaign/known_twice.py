@@ -1,4 +1,4 @@
-"""What a campaign file says twice of a sample and not alike: told, since either may be what was meant."""
+"""What a campaign file says twice of a sample and not alike: a notice, since either may be what was meant."""
 
 from __future__ import annotations
 

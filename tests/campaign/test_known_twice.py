@@ -1,4 +1,4 @@
-"""What a campaign file says twice of a sample and not alike is told on page 1 and the terminal."""
+"""What a campaign file says twice of a sample and not alike is a notice on page 1 and the terminal."""
 
 from __future__ import annotations
 
