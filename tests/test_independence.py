@@ -18,6 +18,9 @@ MIXED = np.random.default_rng(5).permutation(np.repeat(np.random.default_rng(3).
 LOST = np.random.default_rng(6).normal(5.0, 0.2, 60)
 LOST[[7, 19, 33, 50]] = 9999.0
 DRIFT = NORMAL + 0.01 * np.arange(20)
+OTHER = np.random.default_rng(7).normal(5.0, 0.01, 300).round(5)
+OTHER[np.random.default_rng(8).permutation(300)[:30]] += 0.1
+"""A tenth of the readings is of another range: their mean is 5 standard uncertainties off that of the others."""
 CLIPPED = np.minimum(np.random.default_rng(4).normal(5.0, 0.2, 40).round(5), 5.0)
 
 
@@ -47,6 +50,7 @@ def of_readings(folder: Path, values, more: str = ""):
         pytest.param(LOST, "4 of 60 readings are the same", id="9999 where a reading was lost"),
         pytest.param(np.full(8, 5.1), "all 8 readings are alike", id="alike"),
         pytest.param(CLIPPED, "of 40 readings are the same", id="clipped"),
+        pytest.param(OTHER, "30 of 300 readings are apart from the others", id="of another range"),
         pytest.param(DRIFT, "neighbouring readings are alike", id="drift"),
     ],
 )
@@ -139,3 +143,25 @@ def test_limit_the_ratio_of_many_readings_is_normal() -> None:
     drawn = independence.ordered(rest - rest.mean(), ones)
     longer = np.append(rest, rest[:1])
     assert independence.ordered(longer - longer.mean(), np.ones((longer.size, 1))) == pytest.approx(drawn, abs=0.03)
+
+
+def test_closed_form_of_readings_apart() -> None:
+    """Four readings from 0 to 3 and four from 100: on either side ((w + 1)/(w + L))³ = (4/100)³; n·log₂n = 24."""
+    values = np.array([0.0, 1, 2, 3, 100, 101, 102, 103])
+    count, p = independence.apart(values)
+    assert count == 4
+    assert p == pytest.approx((4 / 100) ** 3 * 8 * 3, rel=1e-12)
+
+
+@pytest.mark.parametrize("law", ["normal", "t of two", "Cauchy", "exponential", "rectangular", "coarse"])
+def test_planted_nothing_no_reading_is_apart_in_a_sample_with_one_peak(law: str) -> None:
+    rng = np.random.default_rng(9)
+    draw = {
+        "normal": rng.standard_normal,
+        "t of two": lambda n: rng.standard_t(2, n),
+        "Cauchy": rng.standard_cauchy,
+        "exponential": rng.standard_exponential,
+        "rectangular": rng.random,
+        "coarse": lambda n: 3 * np.round(rng.standard_normal(n) / 3),
+    }[law]
+    assert all(independence.apart(draw(n))[1] >= 1e-3 for n in (4, 10, 40, 200) for _ in range(100))

@@ -266,6 +266,32 @@ def test_law_a_force_that_falls_while_the_grips_go_on_is_a_strength_and_an_unloa
     assert not end(Mounting("a", force, crosshead=back), 0.01).reached
 
 
+def test_planted_the_end_of_a_noisy_plateau_is_neither_a_strength_nor_a_break():
+    rng = np.random.default_rng(5)
+    force = np.concatenate([np.linspace(0.0, 100.0, 200), np.full(100, 100.0)]) + rng.normal(0.0, 1.0, 300)
+    strain = np.linspace(0.0, 0.03, 300)
+    plateau = end(Mounting("a", force, strains=(strain,), crosshead=0.1 * strain), 0.01)
+    assert (plateau.reached, plateau.broken) == (False, False)
+    # A force that falls by a tenth is the strength; the specimen is not broken, and has no strain at break.
+    force[260:] -= 10.0
+    fallen = end(Mounting("a", force, strains=(strain,), crosshead=0.1 * strain), 0.01)
+    assert (fallen.reached, fallen.broken, np.isnan(fallen.strain)) == (True, False, True)
+    force[290:] = 0.0
+    broken = end(Mounting("a", force, strains=(strain,), crosshead=0.1 * strain), 0.01)
+    assert (broken.reached, broken.broken, broken.strain) == (True, True, strain[289])
+
+
+@pytest.mark.long
+def test_closed_form_of_the_scatter_of_strength_and_strain_at_break(tmp_path):
+    noisy = replace(CLEAN, breaks=True, force_noise=8.0, strain_noise=1e-5, memory=0.0, white=0.0)
+    found = results(written(tmp_path, BOTH + "    to_break: true\n", {"a": pull(noisy, np.random.default_rng(2))}))
+    force, strain = found["F_max"].framework, found["eps_b"].framework
+    # What a reading scatters by, with the class of the instrument.
+    assert force.u == pytest.approx(np.hypot(8.0, force.value * 0.005 / np.sqrt(3)), rel=0.05)
+    assert abs(force.value - 4000 * 1197 / 1200) < 3 * force.u
+    assert strain.u == pytest.approx(np.hypot(1e-5, strain.value * 0.005 / np.sqrt(3)), rel=0.05)
+
+
 def test_closed_form_of_the_stiffness_of_first_and_repeated_loadings(tmp_path):
     """A rope that beds in: ε = (F + β·F_m)/EA. A first loading has EA/(1 + β), a repeated one EA."""
     rope = replace(CLEAN, cycles=2, grows=True, count=1500, bedding=0.25)

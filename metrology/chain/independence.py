@@ -36,6 +36,13 @@ def faults(values: Any) -> Iterator[str]:
     if not np.ptp(value):
         return
     yield from copied(value)
+    count, p = apart(value)
+    if p < CHANCE:
+        text = (
+            "{count} of {whole} readings are apart from the others ({p:figures}), as of another range, unit or "
+            "specimen: their mean is of neither"
+        )
+        yield said(text, count=count, whole=len(value), p=_p(p))
     p = ordered(value - value.mean(), np.ones((len(value), 1)))
     if p < CHANCE:
         text = (
@@ -137,6 +144,37 @@ def periodic(residuals: Floats, taken: int) -> float:
         return 1.0
     power = np.square(np.abs(np.fft.rfft(residuals, 2 * n)[2:n])) * 2 / (n * square)
     return float(min(1.0, len(power) * max(0.0, 1.0 - float(power.max())) ** (left - 1)))
+
+
+def apart(values: Floats) -> tuple[int, float]:
+    """Number of readings that stand apart from the others, and an upper limit of the probability of that by chance.
+
+    The density of readings of one quantity has one peak and falls on either side of it, however heavy its tails are. On
+    the side of a gap that has no peak, of m readings within a width w none lies in the gap L before them: with a
+    density that does not rise towards them, that has the probability (w/(w + L))^(m - 1) at most, the nearest one
+    given. The peak may be on either side; all gaps are looked at, each with all readings beyond it, half of them, and
+    so on.
+    """
+    value = np.sort(values)
+    n, step = len(value), _step(value)
+    if not step > 0.0:
+        return 0, 1.0
+    rare = np.maximum(_beyond(value, step), _beyond(-value[::-1], step)[::-1])
+    at = int(rare.argmin())
+    return min(at + 1, n - at - 1), float(min(1.0, np.exp(rare[at]) * n * np.log2(n)))
+
+
+def _beyond(value: Floats, step: float) -> Floats:
+    """Logarithm of the least of these probabilities, for the readings above each gap of sorted readings."""
+    # What is rounded fills its step.
+    gaps = np.maximum(np.diff(value) - step, 0.0)
+    first, count = np.arange(1, len(value)), np.arange(len(value) - 1, 0, -1)
+    least = np.zeros(len(gaps))
+    while count.max() > 1:
+        width = value[first + count - 1] - value[first] + step
+        least = np.minimum(least, (count - 1) * np.log(width / (width + gaps)))
+        count = np.maximum(count // 2, 1)
+    return least
 
 
 def _step(value: Floats) -> float:

@@ -88,7 +88,7 @@ def _failures(test: TensionTest, ends: tuple[End, ...], built: Built, facts: Fac
     lacking = [name for name in facts.results if f"{test.name}.{name}" not in given]
     if not lacking:
         return []
-    short = ", ".join(one.name for one, reached in zip(test.mountings, ends, strict=True) if not reached.reached)
+    short = ", ".join(one.name for one, reached in zip(test.mountings, ends, strict=True) if not reached.broken)
     text = "{test} has no {lacking:comma}: the records of {specimens} end before the break."
     return [said(text, test=test.name, lacking=tuple(lacking), specimens=short or said("all specimens"))]
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from math import sqrt
+
 import numpy as np
 
 from metrology.tension.lines import Lines
 from metrology.tension.passage import excused
-from metrology.tension.slope import Array
+from metrology.tension.slope import Array, scatter
 from metrology.tension.test import TensionTest
 
 FAR = 3.0
@@ -31,10 +33,9 @@ def off_line(test: TensionTest, one: Lines) -> float:
     if len(left) < 2 * PARTS or not size > 0:
         return 0.0
     means = np.array([part.mean() for part in np.array_split(left, PARTS)])
-    scatter = float(np.sqrt(np.mean(np.diff(left, 2) ** 2) / 6 * PARTS / len(left)))
     key = "strain" if one.strain is not None else "crosshead"
     rounded = test.division.get(key, 0.0) + abs(line.value) * test.division.get("force", 0.0)
-    return (float(np.abs(means).max()) - FAR * scatter - rounded / 2) / size
+    return (float(np.abs(means).max()) - FAR * scatter(left) * sqrt(PARTS / len(left)) - rounded / 2) / size
 
 
 def _tells(one: Lines) -> Array:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from math import nan, sqrt
+from math import log, nan, sqrt
 
 import numpy as np
 
 from metrology.errors import Fault, MetrologyError
 from metrology.tension.passage import Passage, passage
 from metrology.tension.secant import Local, secant, tangent
-from metrology.tension.slope import Array, Slope, slope
+from metrology.tension.slope import Array, Slope, scatter, slope
 from metrology.tension.test import Mounting, TensionTest
 
 BREAK = 0.5
@@ -91,30 +91,51 @@ def rounding(one: Slope, span: float, division: float) -> float:
 
 @dataclass(frozen=True)
 class End:
-    """Largest force / N, whether the strength was reached, strain at break (NaN where no reading tells it)."""
+    """What a record reaches.
+
+    Parameters
+    ----------
+    most, most_u : float
+        Largest force / N, and what a reading of the force scatters by.
+    reached : bool
+        Whether it is the strength.
+    broken : bool
+        Whether the specimen broke.
+    strain, strain_u : float
+        Strain at break, and what a reading of it scatters by; NaN where none tells it.
+    """
 
     most: float
+    most_u: float
     reached: bool
+    broken: bool
     strain: float
+    strain_u: float
 
 
 def end(one: Mounting, fall: float) -> End:
-    """What a record reaches: its strength, where the force falls by `fall` while the grips go on.
+    """What a record reaches: its strength, where the force falls by `fall` while the grips go on, and its break.
 
-    The break is the last reading before the force falls below half of its largest value, or the end of the record.
+    What the force scatters is no fall: n normal readings lie within √(2·ln n) standard deviations of their mean, the
+    largest above it and others below. The break is the last reading before the force falls below half of its largest
+    value; a record in which it does not has none.
     """
     peak = int(np.argmax(one.force))
     most, after = float(one.force[peak]), one.force[peak:]
     moved = one.crosshead if one.crosshead is not None else one.nominal
-    lower = np.flatnonzero(after < (1 - fall) * most)
+    u = scatter(one.force[: peak + 1])
+    lower = np.flatnonzero(after < (1 - fall) * most - 2 * sqrt(2 * log(len(one.force))) * u)
     reached = False
     if len(lower) and moved is not None:
         further = moved[peak + lower]
         reached = bool(np.nanmax(further, initial=-np.inf) >= moved[peak]) or not np.isfinite(further).any()
     broken = np.flatnonzero(after < BREAK * most)
-    last = peak + int(broken[0]) - 1 if len(broken) else len(one.force) - 1
     strain = one.nominal
-    return End(most, reached, nan if strain is None or not reached else float(strain[max(last, peak)]))
+    if strain is None or not reached or not len(broken):
+        return End(most, u, reached, reached and bool(len(broken)), nan, nan)
+    last = peak + int(broken[0]) - 1
+    known = strain[: last + 1][np.isfinite(strain[: last + 1])]
+    return End(most, u, reached, True, float(strain[last]), scatter(known))
 
 
 def outlying(values: Array, u: Array, significance: float) -> Iterator[tuple[int, float, float]]:

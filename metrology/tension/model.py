@@ -64,7 +64,10 @@ class Builder:
                     equation = BY_CROSSHEAD if name == "EA" and one.strain is None else EQUATIONS[name]
                     self.add(self.name(one, name), function, name, equation)
         values = self._evaluated(namespace, each)
-        within = {one.mounting.name: self._within(one, values) for one in self.drawn}
+        within = {
+            one.mounting.name: self._within(one, reached, values)
+            for one, reached in zip(self.drawn, self.ends, strict=True)
+        }
         ensembles = tuple(means(self, values, within)) if len(self.drawn) > 1 else ()
         return Built(tuple(self.inputs.values()), tuple(self.measurands), ensembles, values, within)
 
@@ -89,15 +92,15 @@ class Builder:
                 return self._compliance(one, of)
             case "F_max" if reached.reached:
                 what = said("largest force on {specimen}", specimen=one.mounting.name)
-                most = self.know(Input(f"{of}.force", reached.most, (), "N", what))
+                most = self.know(Input(f"{of}.force", reached.most, _scatter(reached.most_u), "N", what))
                 return lambda n: n[most] * (1 + self._scale(n, self.test.force_scale))
             case "R_m" if reached.reached:
                 return lambda n: n[self.name(one, "F_max")] / n[one.mounting.area]
             case "tenacity" if reached.reached:
                 return lambda n: n[self.name(one, "F_max")] / n[self.test.linear_density]
-            case "eps_b" if reached.reached and isfinite(reached.strain):
+            case "eps_b" if isfinite(reached.strain):
                 what = said("strain of {specimen} at break", specimen=one.mounting.name)
-                strain = self.know(Input(f"{of}.break", reached.strain, (), "1", what))
+                strain = self.know(Input(f"{of}.break", reached.strain, _scatter(reached.strain_u), "1", what))
                 scale = self.test.strain_scale if one.strain else self.test.crosshead_scale
                 return lambda n: n[strain] * (1 + self._scale(n, scale))
         return None
@@ -197,12 +200,15 @@ class Builder:
             for one in self.drawn
         }
 
-    def _within(self, one: Lines, values: Mapping[str, Mapping[str, float]]) -> dict[str, float]:
+    def _within(self, one: Lines, reached: End, values: Mapping[str, Mapping[str, float]]) -> dict[str, float]:
         """Standard uncertainty of each result of a specimen that no other shares: its record, its own section."""
         of, found = one.mounting, {}
         section = of.area_u / of.area_value if of.area_u else 0.0
         slopes = {"": one.main, "_sec": one.secant, "_tan": one.tangent}
-        relative = {"R_m": section}
+        force = reached.most_u / reached.most
+        relative = {"F_max": force, "R_m": float(np.hypot(force, section)), "tenacity": force}
+        if isfinite(reached.strain) and reached.strain:
+            relative["eps_b"] = reached.strain_u / abs(reached.strain)
         for end, slope in slopes.items():
             part = slope.u / abs(slope.value) if slope is not None else 0.0
             own = {"EA": part, "k": part, "E": float(np.hypot(part, section))}
@@ -218,6 +224,12 @@ def class_scale(name: str, cls: str, standard: str, limit: float) -> Input:
     source = said("limit of error of class {name}, {standard}", name=cls, standard=standard)
     component = Component(said("class {name}", name=cls), Rectangular(limit), source=source)
     return Input(name, 0.0, (component,), "1", said("relative correction"))
+
+
+def _scatter(u: float) -> tuple[Component, ...]:
+    """What a single reading is uncertain by, as far as the readings before it tell."""
+    source = said("second differences of the readings before it")
+    return (Component(said("scatter of the record"), Normal(u), kind="A", source=source),) if u > 0 else ()
 
 
 def _components(part: Local) -> tuple[Component, ...]:

@@ -9,7 +9,7 @@ from math import inf, nan, sqrt
 import numpy as np
 
 from metrology.errors import Fault, MetrologyError
-from metrology.tension.slope import LEAST, MOST, Array, averaged, slope
+from metrology.tension.slope import LEAST, MOST, Array, averaged, scatter, slope
 from metrology.tension.test import Mounting, Range
 
 SMOOTH = 50
@@ -63,10 +63,8 @@ def excused(force: Array, reading: Array, tolerance: float) -> float:
     What neighbouring readings scatter by is no curve, however large it is; noise with a memory may be one.
     """
     size = max(float(np.ptp(reading)), 1e-300)
-    # Second differences, to which no curve adds: 1 + 4 + 1 times the square of the scatter.
-    apart = np.diff(reading - force * (size / (float(np.ptp(force)) or 1.0)), 2)
-    scatter = float(np.sqrt(np.mean(apart**2) / 6)) / size
-    by_scatter = min(2 * OF_SCATTER * scatter / sqrt(len(reading)), UNSURE)
+    apart = scatter(reading - force * (size / (float(np.ptp(force)) or 1.0))) / size
+    by_scatter = min(2 * OF_SCATTER * apart / sqrt(len(reading)), UNSURE)
     return max(EXCUSED * tolerance, LEAST_EXCUSED, by_scatter)
 
 

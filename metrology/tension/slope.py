@@ -65,6 +65,14 @@ def averaged(*channels: Array, most: int = MOST) -> tuple[Array, ...]:
     return tuple(one[:whole].reshape(-1, each).mean(axis=1) for one in channels)
 
 
+def scatter(values: Array) -> float:
+    """Standard deviation of what each reading scatters by itself, in the unit of the readings, shape (n,).
+
+    By second differences, to which no curve adds: those of independent readings have 1 + 4 + 1 times their variance.
+    """
+    return float(np.sqrt(np.mean(np.diff(values, 2) ** 2) / 6)) if len(values) > 2 else 0.0
+
+
 def slope(force: Array, y: Array) -> Slope:
     """Fit a line to a record by generalised least squares, in the metric of its own noise.
 
