@@ -30,15 +30,17 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 HERE = Path(__file__).parents[1]
-KERNELS = ("Prescott", "Haswell", "SkylakeX", "Zen", "Sandybridge")
+KERNELS = ("Prescott", "Haswell", "SkylakeX", "Nehalem", "Sandybridge")
 """What OPENBLAS_CORETYPE can name: from SSE3 to AVX-512, the ones least alike first."""
 NUMERICAL = (
     "tests/gum", "tests/reference", "tests/estimation", "tests/rig", "tests/verify", "tests/diagnostics",
     "tests/hard/test_numbers_light.py", "tests/hard/test_numbers_scales.py", "tests/hard/test_numbers_search.py",
     "tests/hard/test_numbers_strd.py", "tests/test_chain.py", "tests/test_decay.py", "tests/test_decay_evidence.py",
     "tests/test_decay_parts.py", "tests/test_decay_results.py", "tests/test_decay_separation.py",
-    "tests/test_elongation.py", "tests/test_elongation_evidence.py", "tests/test_response_door.py",
-    "tests/test_rotary_door.py", "tests/test_tapes.py", "tests/test_timeseries.py",
+    "tests/test_elongation.py", "tests/test_elongation_evidence.py", "tests/test_independence.py",
+    "tests/test_relaxation.py", "tests/test_response_door.py",
+    "tests/test_rotary_door.py", "tests/test_tapes.py", "tests/test_tension.py",
+    "tests/test_timeseries.py",
 )  # fmt: skip
 
 MADE_AGAIN = ("results", "numbers", "pages")

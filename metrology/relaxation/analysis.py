@@ -129,7 +129,7 @@ def _scene(test: RelaxationTest, one: Mounting, imposed: Course, before: Done | 
     t = one.time - one.time[0]
     u = imposed.at(t)
     first = blocks(t, u, y, imposed.first)
-    held = before.levels if before is not None else levels(first)
+    held = before.levels if before is not None else levels(first, imposed)
     duration = float(first.time[-1] - first.time[0])
     ramp = min(held.ramps)
     shortest = max(ramp / FASTEST, 2 * float(first.step.min()))
@@ -151,7 +151,7 @@ def _done(test: RelaxationTest, found: Supported, at: int, fitter: Fitter, part:
     names, known = _said(test, found, at, scene, ramp=whole)
     known = _at_some_instant(test, names, known, (scene, best), unread)
     of_branches = _of_branches(found, at, best.form, test.held)
-    held = before.levels if before is not None else levels(scene.answer.of)
+    held = before.levels if before is not None else levels(scene.answer.of, imposed)
     rounding = _rounding(test, one, scene)
     return Done(
         one, scene, held, best, fitter.noise, names, known, of_branches, imposed.whole, unread, rounding

@@ -7,9 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from metrology.relaxation.blocks import Blocks
+from metrology.relaxation.course import Course
+from metrology.ties import level
 
 WITHIN = 0.03
 """Part of the range of the input within which it counts as held."""
+ON = 1e-9
+"""Rounding of a time / s."""
 LONG = 0.5
 """Time at a level, over that of a ramp through the whole range, from which on it is one."""
 
@@ -31,7 +35,10 @@ class Level:
 
 @dataclass(frozen=True)
 class Levels:
-    """Levels other than that of the beginning, and the times / s that the ramps to them took."""
+    """Levels other than that of the beginning, and the times / s that the ramps to them took.
+
+    `before`: until when the input rested / s; 0 where the record begins with a ramp.
+    """
 
     held: tuple[Level, ...]
     ramps: tuple[float, ...]
@@ -43,15 +50,16 @@ class Levels:
         return max(self.ramps)
 
 
-def levels(of: Blocks) -> Levels:
+def levels(of: Blocks, imposed: Course) -> Levels:
     """Find the levels of a record: stretches of time over which the input stays within 3 % of its range.
 
-    Of these the ones that last longer than half a ramp through the range are levels; the others are parts of ramps.
+    Of these the ones that last longer than half a ramp through the range are levels; the others are parts of ramps. The
+    rest before the first ramp ends where that begins, not where it has gone 3 % of the range.
     """
     reach = WITHIN * float(np.ptp(of.u))
     groups, begin = [], 0
     for at in range(1, len(of.u) + 1):
-        if at == len(of.u) or abs(of.u[at] - np.median(of.u[begin:at])) > reach:
+        if at == len(of.u) or level(abs(of.u[at] - np.median(of.u[begin:at]))) > level(reach):
             groups.append((begin, at))
             begin = at
     first, last = of.begin, of.end
@@ -62,15 +70,25 @@ def levels(of: Blocks) -> Levels:
     found = [group for group, span in zip(groups, spans.tolist(), strict=True) if span > LONG * ramp]
     rest = [_level(of, a, b) for a, b in found]
     start, before = of.u[0], float(of.time[0])
+    rested = 0.0
     held: list[Level] = []
     ramps: list[float] = []
     for one in rest:
         if abs(one.value - start) > reach or held:
             held.append(one)
             ramps.append(max(one.start - before, float(of.step.min())))
-        before = one.stop
-    rested = rest[0].stop if rest and abs(rest[0].value - start) <= reach else 0.0
+            before = one.stop
+        else:
+            before = rested = _rested(of, imposed, one, reach)
     return Levels(tuple(held), tuple(ramps) or (ramp,), rested)
+
+
+def _rested(of: Blocks, imposed: Course, one: Level, reach: float) -> float:
+    """When the last block of a rest ends before a piece of the course leaves it."""
+    leaves = np.flatnonzero(np.abs(np.diff(imposed.u)) > reach)
+    begins = float(imposed.time[leaves[0]]) if len(leaves) else np.inf
+    stopped = of.end[of.end <= min(one.stop, begins + ON)]
+    return float(stopped[-1]) if len(stopped) else 0.0
 
 
 def _level(of: Blocks, first: int, last: int) -> Level:

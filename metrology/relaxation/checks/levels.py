@@ -32,16 +32,6 @@ def levels(test: RelaxationTest, done: Sequence[Done]) -> Check:
         text = "The input does not change beyond its noise: no ramp in the record of {specimens:comma}."
         sentence = said(text, specimens=tuple(still))
         return Check(LEVELS, None, None, False, sentence)
-    short = [one.mounting.name for one in done
-             if not any(each.duration >= HOLD * one.levels.ramp for each in one.levels.held)]  # fmt: skip
-    if short:
-        sentence = said(
-            "No level was held for {times:.0f} times as long as the ramp to it: {specimens:comma}. Ramp faster, or "
-            "hold for longer.",
-            times=HOLD,
-            specimens=tuple(short),
-        )
-        return Check(LEVELS, None, None, False, sentence)
     rough = [one.mounting.name for one in done if not one.whole]
     if rough:
         sentence = said(
@@ -50,6 +40,16 @@ def levels(test: RelaxationTest, done: Sequence[Done]) -> Check:
             "'resolution' where its steps are read as corners.",
             count=PIECES,
             specimens=tuple(rough),
+        )
+        return Check(LEVELS, None, None, False, sentence)
+    short = [one.mounting.name for one in done
+             if not any(each.duration >= HOLD * one.levels.ramp for each in one.levels.held)]  # fmt: skip
+    if short:
+        sentence = said(
+            "No level was held for {times:.0f} times as long as the ramp to it: {specimens:comma}. Ramp faster, or "
+            "hold for longer.",
+            times=HOLD,
+            specimens=tuple(short),
         )
         return Check(LEVELS, None, None, False, sentence)
     most = max(len(one.levels.held) for one in done)
