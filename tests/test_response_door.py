@@ -225,7 +225,7 @@ def test_refusal_a_fit_without_an_answer_is_a_sentence_in_the_report_and_status_
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(("u", "fails"), [("0.1 mm", True), ("5 mm", False)])
+@pytest.mark.parametrize(("u", "fails"), [("0.1 mm", True), ("5 mm", False), ("0.1 mm, per_run: 0.05 mm", True)])
 def test_planted_a_stated_input_that_the_runs_contradict_fails_a_check(u: str, fails: bool, tmp_path) -> None:
     """A line that is taut 5 mm from where it is stated; no diagnosis takes it into the model."""
     rng, runs, t = np.random.default_rng(1), [], np.arange(600) / 100

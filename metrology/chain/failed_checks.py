@@ -186,6 +186,11 @@ def _doubts(plan: Plan, test: TestItem) -> Iterator[Doubt]:
     if verdict in ("unexplained", "explained in the main"):
         found_so = said("The diagnosis of {test} is: {verdict}.", test=test.id, verdict=verdict)
         yield Doubt("diagnosis", found_so, covered=True)
+    if found is not None and found.refuted:
+        from metrology.estimation.fit import CONTRADICTED
+
+        text = "The extended model of {test} moves {names:comma} by more than {limit:g} u from what is stated."
+        yield Doubt("stated inputs", said(text, test=test.id, names=found.refuted, limit=CONTRADICTED))
     if verdict == "not finished":
         yield Doubt("diagnosis", said("The diagnosis of {test} is not finished.", test=test.id))
     if test.id in plan.undiagnosed:

@@ -263,6 +263,10 @@ class Diagnosis:
         Mapping[str, tuple[float | None, float | None]],
         Doc("Range in which a parameter of the extended model was sought, by name; null: no limit."),
     ] = field(default_factory=dict)
+    refuted: Annotated[
+        tuple[str, ...],
+        Doc("Stated inputs that the extended model moves by more than 4 of their standard uncertainties."),
+    ] = ()
 
     def __repr__(self) -> str:
         """What it says; a page of fields helps nobody at a prompt."""

@@ -16,7 +16,7 @@ from metrology.diagnostics.blocks import Readings, block_of, own_unknown, unknow
 from metrology.diagnostics.candidate import Candidate
 from metrology.diagnostics.direction import Direction
 from metrology.diagnostics.subject import Array, Fit, Marks, Slow, rounded
-from metrology.estimation import Block, Problem, Unknown, solve
+from metrology.estimation import Block, Prior, Problem, Unknown, solve
 from metrology.estimation.problem import evaluate
 
 CLOSE = 3e-3
@@ -80,8 +80,8 @@ class Plain:
     scatters : mapping of str to float
         Standard deviation among the blocks of a size that every block has for itself, by the readings: what departs
         from the mean of the blocks, and is not an amount of its own.
-    slow : tuple of Slow
-        What each block is given for a slow motion.
+    slow, priors : tuple
+        What each block is given for a slow motion; what is stated within an uncertainty and sought again: nothing.
     forms : callable
         Takes a fit; returns the unlisted laws.
     acts_in : callable
@@ -112,6 +112,7 @@ class Plain:
     has_repeats: bool = True
     scatters: Mapping[str, float] = field(default_factory=dict)
     slow: tuple[Slow, ...] = ()
+    priors: tuple[Prior, ...] = ()
     forms: Callable[[Fit], Sequence[Direction]] = lambda _fit: ()
     acts_in: Callable[[Fit, str, Array], str] = lambda _fit, _name, _spread: ""
     equivalents: Callable[[Fit, str], tuple[str, Mapping[str, float]] | None] = lambda _fit, _name: None

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from metrology.diagnosis import Missing, Picture
 from metrology.diagnostics.candidate import Candidate
 from metrology.diagnostics.direction import Direction
-from metrology.estimation import Problem
+from metrology.estimation import Prior, Problem
 from metrology.estimation.covariance import bread_of
 from metrology.estimation.problem import Point
 from metrology.estimation.solver import finished
@@ -208,6 +208,10 @@ class Subject(Protocol):
     @property
     def scatters(self) -> Mapping[str, float]:
         """Standard deviation among the blocks, by the readings, of what every block has for itself, by name."""
+
+    @property
+    def priors(self) -> Sequence[Prior]:
+        """What is stated within an uncertainty, and sought again with the model."""
 
     @property
     def slow(self) -> Sequence[Slow]:

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 
 from metrology.diagnosis import Diagnosis, Gain
 from metrology.diagnostics.judged import Judged
+from metrology.diagnostics.refuted import refuted
 from metrology.diagnostics.subject import Fit, Subject
 from metrology.diagnostics.supported import supported
 from metrology.diagnostics.verdict_causes import causes_of, separations
@@ -42,6 +43,7 @@ def worded(judged: Judged, subject: Subject, gain: Mapping[str, Gain], test: str
         detectable=tuple(detectable(judged, subject)), shifts=shifts_of(judged, joint), missing=missing,
         remainder=remainder_of(judged, subject), chi_squared=(before, after), failures=judged.failures,
         supported=joint, ranges=_ranges(judged.last, model),
+        refuted=tuple(refuted(judged, subject.priors)) if extended else (),
     )  # fmt: skip
 
 

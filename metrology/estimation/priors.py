@@ -3,17 +3,36 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from metrology.errors import Fault, MetrologyError
 from metrology.estimation.problem import Array, Unknown
+from metrology.message import said
 from metrology.rig import Rig
 
 WIDER = 15.0
 """How many of its own standard uncertainties a stated input may be off where that is tried as a cause."""
+
+
+def input_of(name: str, run: str) -> str:
+    """Words for a stated input.
+
+    Parameters
+    ----------
+    name : str
+        Parameter of the rig.
+    run : str
+        Run of which it is the part of its own; empty for that of all runs.
+
+    Returns
+    -------
+    str
+        Such as "thrust.gain of a1".
+    """
+    return said("{name} of {run}", name=name, run=run) if run else name
 
 
 @dataclass(frozen=True)
@@ -54,13 +73,17 @@ class Layout:
     uses : tuple of tuple of int
         For each run, the unknowns that act on it.
     targets : tuple of tuple of int
-        For each of those, the index in `names` of the parameter to which it adds.
+        For each of those, the index in `names` of the parameter that it moves; the common ones come first.
     names : tuple of str
         Parameters of the rig that vary.
     offsets : tuple of float
         For each of `names`, what the unknowns add to: 0 where a common unknown is the value itself.
     common : int
         Number of common unknowns.
+    factors : tuple of float
+        For each of `names` that is a factor, such as a gain, what is stated of it: a run differs from the others by a
+        part of that. Were it an amount, all factors that scale the forces would fall together, and take what sets the
+        runs apart with them. 0 for any other: what a run has of its own adds to it.
     """
 
     unknowns: tuple[Unknown, ...]
@@ -70,12 +93,34 @@ class Layout:
     names: tuple[str, ...]
     offsets: tuple[float, ...]
     common: int
+    factors: tuple[float, ...]
 
     def values(self, at: int, local: Array) -> dict[str, float]:
         """Values of the rig's parameters in run number `at` from the values of its unknowns, shape (len(uses[at]),)."""
-        total = np.array(self.offsets)
-        np.add.at(total, np.array(self.targets[at], dtype=int), local)
+        total = self._shared(at, local)
+        for target, own in self._own(at, local):
+            factor = self.factors[target]
+            total[target] = total[target] * (1.0 + own / factor) if factor else total[target] + own
         return {name: float(value) for name, value in zip(self.names, total, strict=True)}
+
+    def moved(self, at: int, local: Array) -> Array:
+        """Derivative of the parameter that each of those unknowns moves by it, shape (len(uses[at]),)."""
+        shared, found = self._shared(at, local), np.ones(len(local))
+        for column, (target, own) in enumerate(self._own(at, local), self.common):
+            if factor := self.factors[target]:
+                found[column] = shared[target] / factor
+                found[: self.common][np.array(self.targets[at][: self.common]) == target] = 1.0 + own / factor
+        return found
+
+    def _shared(self, at: int, local: Array) -> Array:
+        """Values of the parameters without what the run has of its own."""
+        total = np.array(self.offsets)
+        np.add.at(total, np.array(self.targets[at][: self.common], dtype=int), local[: self.common])
+        return total
+
+    def _own(self, at: int, local: Array) -> Iterator[tuple[int, float]]:
+        """Parameters of which the run has a part of its own, by index, and those parts."""
+        return zip(self.targets[at][self.common :], local[self.common :].tolist(), strict=True)
 
     def index(self, name: str) -> int:
         """Place of an unknown."""
@@ -127,7 +172,10 @@ def lay_out(
         uses.append((*range(len(common)), *range(len(unknowns), len(unknowns) + len(own))))
         targets.append((*(names.index(name) for name in common), *(names.index(prior.name) for prior in own)))
         unknowns += [_deviation(rig, prior, run) for prior in own]
-    return Layout(tuple(unknowns), tuple(runs), tuple(uses), tuple(targets), names, offsets, len(common))
+    factors = tuple(
+        _mean(rig, known[name]) if name in known and rig.parameters[name].unit == "1" else 0.0 for name in names
+    )
+    return Layout(tuple(unknowns), tuple(runs), tuple(uses), tuple(targets), names, offsets, len(common), factors)
 
 
 def _mean(rig: Rig, prior: Prior) -> float:

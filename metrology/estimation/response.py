@@ -224,13 +224,14 @@ def _block(rig: Rig, measured: MeasuredRun, place: tuple[Layout, int], use: Mask
         found = slopes(rig, seen, layout.names, layout.values(at, local))
         if found is None:
             return None
+        moved = layout.moved(at, local)
         # Columns one after the other in memory: sums over readings then run three times as fast.
         columns = np.empty((len(layout.targets[at]), len(weight))).T
         for segment in segments:
             rows = slice(segment.first, segment.last)
             part: Array = getattr(found, segment.name)
             for column, target in enumerate(layout.targets[at]):
-                np.multiply(part[:, target], -weight[rows], out=columns[rows, column])
+                np.multiply(part[:, target], -moved[column] * weight[rows], out=columns[rows, column])
         return columns
 
     log_u = float(-np.log(positive).sum() + 0.5 * positive.size * math.log(2 * math.pi))

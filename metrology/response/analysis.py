@@ -17,7 +17,7 @@ from metrology.estimation.covariance import Covariance
 from metrology.estimation.fit import CONTRADICTED
 from metrology.estimation.inspection import COLUMNS, without_saturation
 from metrology.estimation.inspection import faults as implausible
-from metrology.estimation.priors import WIDER
+from metrology.estimation.priors import WIDER, input_of
 from metrology.estimation.problem import Unknown
 from metrology.gum.distributions import Normal
 from metrology.gum.evaluation import Contribution, Measurand
@@ -89,7 +89,7 @@ def analyse(
 
 def _contradicted(finding: ResponseFinding) -> Iterator[Check]:
     """The check that fails where the runs move what is stated of an input too far; an effect of the model may do so."""
-    apart = {one.name: abs(one.value - one.prior) / one.prior_u for one in finding.inputs if one.prior_u}
+    apart = {input_of(one.name, one.run): abs(one.distance) for one in finding.inputs if one.prior_u}
     if names := tuple(name for name, distance in apart.items() if distance > CONTRADICTED):
         text = "The fitted and the stated {names:comma} disagree by more than {limit:g} u."
         yield Check("stated inputs", max(apart.values()), None, False, said(text, names=names, limit=CONTRADICTED))

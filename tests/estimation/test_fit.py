@@ -7,7 +7,7 @@ from response_cases import MATERIALS, PRIORS, SHORT, measured, runs_of, stated, 
 from truth_response import Instruments, Scatter, Test, Truth, campaign, measure
 
 from metrology.errors import MetrologyError
-from metrology.estimation import MeasuredRun, Prior, fit, paper_way, shares
+from metrology.estimation import MeasuredRun, Prior, fit, lay_out, paper_way, shares
 from metrology.estimation.inspection import faults
 from metrology.rig import Force, Rig, Run
 
@@ -299,3 +299,32 @@ def test_limit_thrust_profile_longer_than_the_record_is_told():
     longer = replace(run.run, force=Force([1.0, 60.0], [0.62, 0.0]))
     found = fit(stated("nylon"), [MeasuredRun(run.name, longer, x=run.x, v=run.v, T=run.T)])
     assert "step-a: the thrust profile goes on after the record ends at 14 s" in found.notes
+
+
+def test_closed_form_of_a_run_that_differs_by_a_part_of_a_gain():
+    """G·(1 + δ) of a factor, x_t + δ of a length; derivatives against differences."""
+    layout = lay_out(stated("nylon"), ["a", "b"], ["k"], [*PRIORS, Prior("cell.gain", 0.0, 0.01)])
+    rng = np.random.default_rng(3)
+    local = np.array([160.0, 0.9, 1.2, 2e-3, *rng.normal(0.0, 0.1, len(layout.uses[1]) - 4)])
+    values, of = (
+        layout.values(1, local),
+        dict(zip((layout.unknowns[at].name for at in layout.uses[1]), local, strict=True)),
+    )
+    assert values["thrust.gain"] == pytest.approx(1.2 * (1 + of["thrust.gain@b"]), rel=1e-14)
+    assert values["cell.gain"] == pytest.approx(1 + of["cell.gain@b"], rel=1e-14)
+    assert values["free_length.shift"] == pytest.approx(2e-3 + of["free_length.shift@b"], rel=1e-14)
+    for column, target in enumerate(layout.targets[1]):
+        ends = (layout.values(1, local + side * 1e-4 * np.eye(len(local))[column]) for side in (1, -1))
+        high, low = (end[layout.names[target]] for end in ends)
+        assert (high - low) / 2e-4 == pytest.approx(layout.moved(1, local)[column], rel=1e-9)
+
+
+def test_planted_thrusts_of_two_runs_exchanged_leave_k():
+    """Forces do not all shrink for what sets the runs apart, and k with them: no reading fixes their scale well."""
+    tests = (*SHORT, Test("step-c", ((1.0, 0.38),), 14.0), Test("impulse-c", ((1.0, 0.38), (4.0, 0.0)), 9.0))
+    runs = runs_of(truth_of("nylon"), 4, tests=tests)
+    forces = [one.run.force for one in runs]
+    swapped = [replace(one, run=replace(one.run, force=forces[at])) for one, at in zip(runs, (2, 1, 0, 3), strict=True)]
+    found = fit(stated("nylon"), swapped, priors=[*PRIORS, Prior("cell.gain", 0.004)])
+    assert found.status == "ok"
+    assert found.value("k") == pytest.approx(MATERIALS["nylon"][0], rel=0.03)

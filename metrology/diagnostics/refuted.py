@@ -1,0 +1,27 @@
+"""Stated inputs that a diagnosis refutes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from metrology.diagnostics.judged import Judged
+from metrology.estimation import Prior
+from metrology.estimation.fit import CONTRADICTED
+from metrology.estimation.priors import input_of
+
+
+def refuted(judged: Judged, priors: Sequence[Prior]) -> Iterator[str]:
+    """Stated inputs, of all runs or of one, that the extended model, or one that does as well, moves too far.
+
+    An input that is named as the cause as well: its wider prior is what is tried, not what is stated.
+    """
+    known, found = {one.name: one for one in priors}, set()
+    for fit in (judged.last, *(other for other, _ in judged.exchanged.values())):
+        for entry in fit.problem.unknowns:
+            name, _, run = entry.name.partition("@")
+            prior = known.get(name)
+            u = 0.0 if prior is None else prior.per_run if run else prior.common
+            moved = 0.0 if entry.mean is None else abs(fit.values[entry.name] - entry.mean)
+            if moved > CONTRADICTED * u > 0 and entry.name not in found:
+                found.add(entry.name)
+                yield input_of(name, run)
