@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import product
+from itertools import combinations, product
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -58,12 +58,40 @@ def check_copies(campaign: Campaign) -> Iterator[Fault]:
                 found[before, at] = f"the content of '{records[before].table.source.path}' a second time"
                 break
         content[one.table.source.sha256].append(at)
-    for before, at, names in _alike(records):
+    for before, at, names in _alike(records, Record.repeats):
         path = records[before].table.source.path
         found.setdefault((before, at), f"readings '{', '.join(names)}' of '{path}' a second time")
     for (_, at), got in sorted(found.items()):
         test, path = records[at].test, records[at].table.source.path
         yield Fault(path, got, f"a record of its own in each file of test '{test}'", "name every record once")
+
+
+def of_one_record(campaign: Campaign) -> set[frozenset[str]]:
+    """Pairs of tests of one sample that evaluate one record, or a copy of it: their results are one measurement."""
+    records = list(_records(campaign))
+
+    def twice(one: Record, other: Record) -> bool:
+        return one.test != other.test and one.sample == other.sample
+
+    by_sample: dict[str, list[Record]] = {}
+    for record in records:
+        by_sample.setdefault(record.sample, []).append(record)
+    pairs = (pair for own in by_sample.values() for pair in combinations(own, 2))
+    found = [pair for pair in pairs if twice(*pair) and _same(*pair)]
+    found += [(records[before], records[at]) for before, at, _ in _alike(records, twice)]
+    return {frozenset((one.test, other.test)) for one, other in found}
+
+
+def _same(one: Record, other: Record) -> bool:
+    """Whether two records have one content, or readings that are alike but for their order and their last digits."""
+    if one.table.source.sha256 == other.table.source.sha256:
+        return True
+    pairs = [(one.table.numbers[name], other.table.numbers[name]) for name in one.columns & other.columns]
+    moved = [_span(a) for a, b in pairs if len(a) == len(b)]
+    if len(moved) < len(pairs) or max(moved, default=0.0) == 0.0:
+        return False
+    return all(np.allclose(np.sort(a), np.sort(b), rtol=0, atol=2 * DIGITS * span, equal_nan=True)
+               for (a, b), span in zip(pairs, moved, strict=True))  # fmt: skip
 
 
 def _records(campaign: Campaign) -> Iterator[Record]:
@@ -85,8 +113,8 @@ def _is_whole(one: Record, other: Record) -> bool:
     return bool(names) and all(np.array_equal(one.table.numbers[name], other.table.numbers[name]) for name in names)
 
 
-def _alike(records: Sequence[Record]) -> Iterator[tuple[int, int, list[str]]]:
-    """Records of which a stretch stands in another one, reading by reading, or all of it shifted.
+def _alike(records: Sequence[Record], counts: Callable[[Record, Record], bool]) -> Iterator[tuple[int, int, list[str]]]:
+    """Records of which a stretch stands in another one that counts, reading by reading, or all of it shifted.
 
     By their steps, which a constant does not change. Steps of one column are looked up in all records at once; a
     column in which a step stands nearly everywhere, at rest or as it was commanded, tells nothing.
@@ -121,7 +149,7 @@ def _alike(records: Sequence[Record]) -> Iterator[tuple[int, int, list[str]]]:
             hits = (abs(rows - window) <= same).all(axis=1)
             for here, where in zip(first[hits] - start[hits], owner[hits], strict=True):
                 other = records[having[where]]
-                if other.repeats(records[at]) and _holds(other, records[at], int(here), part):
+                if counts(other, records[at]) and _holds(other, records[at], int(here), part):
                     pair = sorted((having[where], at))
                     yield pair[0], pair[1], sorted(other.columns & records[at].columns)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import replace
 from itertools import combinations
 from math import isfinite
@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from metrology.campaign.copies import of_one_record
 from metrology.chain import items
 from metrology.chain.contradictions import BETWEEN, ELSEWHERE
 from metrology.consensus import Consensus, Disagreement, Member
@@ -80,8 +81,9 @@ def consensus(
     """
     found = groups(campaign, plan, evaluation)
     made: dict[Group, Consensus] = {}
+    once = of_one_record(campaign) if found else set()
     for group, names in found.items():
-        one = _combined(group, [_Result(campaign, plan, evaluation, name, doubts) for name in names])
+        one = _combined(group, once, [_Result(campaign, plan, evaluation, name, doubts) for name in names])
         if one.consistent is False and follows(group, found, plan):
             also = said("The cause is sought in the results of k.")
             one = replace(one, sentence=said("{texts:space}", texts=(one.sentence, also)))
@@ -153,13 +155,17 @@ def loading(campaign: Campaign, plan: Plan, evaluation: Evaluation, name: str) -
     return Loading(1 / omega.value if omega is not None and omega.value > 0 else None)
 
 
-def _combined(group: Group, results: Sequence[_Result]) -> Consensus:
+def _combined(group: Group, once: Set[frozenset[str]], results: Sequence[_Result]) -> Consensus:
+    """Combine results, one of each record; `once`: pairs of tests that evaluate the same one."""
     quantity, sample, unit = group
     counted: list[_Result] = []
     for one in results:
         same = next((r for r in counted if abs(correlation(one.evaluation, one.name, r.name)) > SAME), None)
         if same is not None and not one.why_not:
             one.why_not = said("it has no uncertainty that {name} does not share", name=same.name)
+        again = next((r for r in counted if frozenset((r.identity.test, one.identity.test)) in once), None)
+        if again is not None and not one.why_not:
+            one.why_not = said("it is of the same record as {name}", name=again.name)
         counted += [one] if not one.why_not else []
     first = results[0]
     bare = Consensus(
