@@ -242,7 +242,4 @@ def test_planted_a_stated_input_that_the_runs_contradict_fails_a_check(u: str, f
 """
     finding, _ = shown(tmp_path, stated, runs)
     assert [one.name for one in finding.checks if one.passed is False] == (["stated inputs"] if fails else [])
-    assert (
-        not fails
-        or "The fitted and the stated free_length.shift disagree by more than 4 u." in finding.checks[-1].sentence
-    )
+    assert not fails or "The fitted and the stated free_length.shift" in finding.checks[-1].sentence

@@ -230,18 +230,30 @@ def test_law_a_failed_check_is_covered_only_by_an_effect_that_the_data_support(v
     """An effect on which the readings do not decide explains no failed check."""
     check = SimpleNamespace(passed=False, covered=False, name="linearity", concerns=(), effects=None)
     test = SimpleNamespace(id="e", finding=SimpleNamespace(checks=(check,), chi_squared=None), decay=None)
-    found = SimpleNamespace(test="e", verdict=verdict, is_decided=is_decided, named=("toe",), groups=())
+    found = SimpleNamespace(test="e", verdict=verdict, is_decided=is_decided, named=("toe",), groups=(), refuted=())
     plan = SimpleNamespace(diagnosis=[found], undiagnosed={}, verification=[])
     assert [one.check for one in _doubts(plan, test)] == doubted
 
 
 def test_law_a_cause_explains_only_the_checks_that_it_can_fail():
-    found = SimpleNamespace(test="e", verdict="explained", is_decided=True, named=("toe",), groups=())
+    found = SimpleNamespace(test="e", verdict="explained", is_decided=True, named=("toe",), groups=(), refuted=())
     plan = SimpleNamespace(diagnosis=[found], undiagnosed={}, verification=[])
     for effects, doubted in ((None, []), (("toe", "slip"), []), (("slip",), ["x"]), ((), ["x"])):
         check = SimpleNamespace(passed=False, covered=False, name="x", concerns=(), effects=effects)
         test = SimpleNamespace(id="e", finding=SimpleNamespace(checks=(check,), chi_squared=None), decay=None)
         assert [one.check for one in _doubts(plan, test)] == doubted
+
+
+@pytest.mark.parametrize("verdict", ["explained", "ambiguous", "explained in the main"])
+def test_law_an_input_that_the_diagnosis_refutes_is_never_in_the_model(verdict):
+    """A thrust that is 19 u off its command took a mass that was stated 10 % wrong: k was 51 u off."""
+    check = SimpleNamespace(passed=False, covered=False, name="stated inputs", concerns=(), effects=None)
+    test = SimpleNamespace(id="e", finding=SimpleNamespace(checks=(check,), chi_squared=None), decay=None)
+    found = SimpleNamespace(
+        test="e", verdict=verdict, is_decided=True, named=("thrust",), groups=(), refuted=("thrust.gain",)
+    )
+    doubts = list(_doubts(SimpleNamespace(diagnosis=[found], undiagnosed={}, verification=[]), test))
+    assert any(one.check == "stated inputs" and not one.covered and "thrust.gain" in one.sentence for one in doubts)
 
 
 @pytest.mark.parametrize("lost", [0, 1, 2])
