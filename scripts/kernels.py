@@ -38,9 +38,8 @@ NUMERICAL = (
     "tests/hard/test_numbers_strd.py", "tests/test_chain.py", "tests/test_decay.py", "tests/test_decay_evidence.py",
     "tests/test_decay_parts.py", "tests/test_decay_results.py", "tests/test_decay_separation.py",
     "tests/test_elongation.py", "tests/test_elongation_evidence.py", "tests/test_independence.py",
-    "tests/test_relaxation.py", "tests/test_response_door.py",
-    "tests/test_rotary_door.py", "tests/test_tapes.py", "tests/test_tension.py",
-    "tests/test_timeseries.py",
+    "tests/test_relaxation.py", "tests/test_response_door.py", "tests/test_rotary_door.py", "tests/test_tapes.py",
+    "tests/test_tension.py", "tests/test_timeseries.py",
 )  # fmt: skip
 
 MADE_AGAIN = ("results", "numbers", "pages")

@@ -46,6 +46,10 @@ class Record:
         own = self.table.source.path == other.table.source.path
         return (self.test == other.test and not own) or self.sample != other.sample
 
+    def is_evaluated_again(self, other: Record) -> bool:
+        """Whether a copy would be one measurement that two tests of one sample evaluate."""
+        return self.test != other.test and self.sample == other.sample
+
 
 def check_copies(campaign: Campaign) -> Iterator[Fault]:
     """Files with the same content, or readings, under two names: a copy repeats and verifies nothing."""
@@ -69,23 +73,17 @@ def check_copies(campaign: Campaign) -> Iterator[Fault]:
 def of_one_record(campaign: Campaign) -> set[frozenset[str]]:
     """Pairs of tests of one sample that evaluate one record, or a copy of it: their results are one measurement."""
     records = list(_records(campaign))
-
-    def twice(one: Record, other: Record) -> bool:
-        return one.test != other.test and one.sample == other.sample
-
     by_sample: dict[str, list[Record]] = {}
     for record in records:
         by_sample.setdefault(record.sample, []).append(record)
     pairs = (pair for own in by_sample.values() for pair in combinations(own, 2))
-    found = [pair for pair in pairs if twice(*pair) and _same(*pair)]
-    found += [(records[before], records[at]) for before, at, _ in _alike(records, twice)]
+    found = [pair for pair in pairs if Record.is_evaluated_again(*pair) and _same(*pair)]
+    found += [(records[before], records[at]) for before, at, _ in _alike(records, Record.is_evaluated_again)]
     return {frozenset((one.test, other.test)) for one, other in found}
 
 
 def _same(one: Record, other: Record) -> bool:
-    """Whether two records have one content, or readings that are alike but for their order and their last digits."""
-    if one.table.source.sha256 == other.table.source.sha256:
-        return True
+    """Whether what two tests select is alike but for its order and last digits: of one file it may be other columns."""
     pairs = [(one.table.numbers[name], other.table.numbers[name]) for name in one.columns & other.columns]
     moved = [_span(a) for a, b in pairs if len(a) == len(b)]
     if len(moved) < len(pairs) or max(moved, default=0.0) == 0.0:

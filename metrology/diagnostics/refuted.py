@@ -13,7 +13,7 @@ from metrology.estimation.priors import input_of
 def refuted(judged: Judged, priors: Sequence[Prior]) -> Iterator[str]:
     """Stated inputs, of all runs or of one, that the extended model, or one that does as well, moves too far.
 
-    An input that is named as the cause as well: its wider prior is what is tried, not what is stated.
+    By what is stated, also of an input that is named as the cause, whose prior is wider there.
     """
     known, found = {one.name: one for one in priors}, set()
     for fit in (judged.last, *(other for other, _ in judged.exchanged.values())):

@@ -57,9 +57,10 @@ def levels(of: Blocks, imposed: Course) -> Levels:
     rest before the first ramp ends where that begins, not where it has gone 3 % of the range.
     """
     reach = WITHIN * float(np.ptp(of.u))
+    limit = level(reach)
     groups, begin = [], 0
     for at in range(1, len(of.u) + 1):
-        if at == len(of.u) or level(abs(of.u[at] - np.median(of.u[begin:at]))) > level(reach):
+        if at == len(of.u) or level(abs(of.u[at] - np.median(of.u[begin:at]))) > limit:
             groups.append((begin, at))
             begin = at
     first, last = of.begin, of.end

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from metrology.campaign.copies import check_copies
+from metrology.campaign.copies import check_copies, of_one_record
 
 RNG = np.random.default_rng(11)
 
@@ -23,12 +23,15 @@ def pull():
     return {"force": force, "crosshead": np.linspace(0.0, 5e-3, 400)}
 
 
-def faults(tests, samples):
-    campaign = SimpleNamespace(
+def campaign(tests, samples):
+    return SimpleNamespace(
         tables={("tests", name): tables for name, tables in tests.items()},
         tests={name: SimpleNamespace(sample=sample) for name, sample in samples.items()},
     )
-    return [(one.where, one.got) for one in check_copies(campaign)]
+
+
+def faults(tests, samples):
+    return [(one.where, one.got) for one in check_copies(campaign(tests, samples))]
 
 
 def test_records_of_their_own_pass_though_the_crosshead_moves_alike_in_all():
@@ -91,3 +94,12 @@ def test_of_a_thousand_records_the_one_copy_is_found():
     records = [record(f"{i}.csv", **pull()) for i in range(1000)]
     found = faults({"a": [*records, record("copy.csv", **records[700].numbers)]}, {"a": "line"})
     assert [where for where, _ in found] == ["copy.csv"]
+
+
+def test_two_tests_evaluate_one_record_where_they_select_the_same_of_a_file():
+    """Two dials beside each other in one file are two measurements."""
+    first, other = RNG.normal(0.0, 1e-3, 20), RNG.normal(0.0, 1e-3, 20)
+    tables = {"a": [record("f.csv", reading=first)], "b": [record("f.csv", reading=other)],
+              "c": [record("g.csv", reading=first[::-1])]}  # fmt: skip
+    assert of_one_record(campaign(tables, dict.fromkeys("abc", "line"))) == {frozenset("ac")}
+    assert of_one_record(campaign(tables, {"a": "line", "b": "line", "c": "cord"})) == set()
