@@ -29,4 +29,5 @@ def test_planted_a_wrong_mass_that_a_diagnosis_names_is_not_judged_unless_accept
     reasons = " ".join(reason for one in found.withheld for reason in one.reasons)
     assert (diagnosis.verdict, diagnosis.refuted) == ("explained", ("mass.factor",))
     assert ("The extended model of ride moves mass.factor" in reasons) is not accepted
+    assert any("The extended model of ride moves mass.factor" in one for one in found.warnings)
     assert accepted or not any(one.verdict == "pass" for one in found.conformity)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import combinations, product
 from typing import TYPE_CHECKING
 
@@ -30,16 +30,22 @@ DIGITS = 1e-6
 
 @dataclass(frozen=True)
 class Record:
-    """Readings of one file in one test."""
+    """Readings of one file in one test; the stamps are nobody's measurement, and are left out of its columns."""
 
     test: str
     sample: str
     table: Table
+    columns: Mapping[str, Rows]
 
     @property
-    def columns(self) -> set[str]:
-        """What was read: the stamps are nobody's measurement."""
-        return self.table.numbers.keys() - {"time"}
+    def names(self) -> set[str]:
+        """Names of what was read."""
+        return set(self.columns)
+
+    @property
+    def apart(self) -> list[Record]:
+        """A record of each column, by one name for all: what one method calls x is an angle to another."""
+        return [replace(self, columns={"reading": column}) for column in self.columns.values()]
 
     def repeats(self, other: Record) -> bool:
         """Whether a copy would be another measurement here: two tests may evaluate one record of one sample."""
@@ -72,19 +78,37 @@ def check_copies(campaign: Campaign) -> Iterator[Fault]:
 
 def of_one_record(campaign: Campaign) -> set[frozenset[str]]:
     """Pairs of tests of one sample that evaluate one record, or a copy of it: their results are one measurement."""
-    records = list(_records(campaign))
     by_sample: dict[str, list[Record]] = {}
-    for record in records:
+    for record in _records(campaign):
         by_sample.setdefault(record.sample, []).append(record)
-    pairs = (pair for own in by_sample.values() for pair in combinations(own, 2))
-    found = [pair for pair in pairs if Record.is_evaluated_again(*pair) and _same(*pair)]
-    found += [(records[before], records[at]) for before, at, _ in _alike(records, Record.is_evaluated_again)]
+    found = [pair for own in by_sample.values() for pair in _evaluated_again(own)]
     return {frozenset((one.test, other.test)) for one, other in found}
+
+
+def _evaluated_again(records: Sequence[Record]) -> Iterator[tuple[Record, Record]]:
+    """Pairs of records of one sample that are one measurement.
+
+    Alike by the names of their columns, or by whatever names: then each column of the one stands in the other.
+    """
+    pairs = combinations(records, 2)
+    yield from (pair for pair in pairs if Record.is_evaluated_again(*pair) and _same(*pair))
+    for before, at, _ in _alike(records, Record.is_evaluated_again):
+        yield records[before], records[at]
+    apart = [(owner, one) for owner, record in enumerate(records) for one in record.apart]
+    held: dict[tuple[int, int], tuple[set[int], set[int]]] = {}
+    for before, at, _ in _alike([one for _, one in apart], Record.is_evaluated_again):
+        seen = held.setdefault((apart[before][0], apart[at][0]), (set(), set()))
+        seen[0].add(before)
+        seen[1].add(at)
+    for (before, at), (ours, theirs) in held.items():
+        one, other = records[before], records[at]
+        if len(ours) == len(one.columns) or len(theirs) == len(other.columns):
+            yield one, other
 
 
 def _same(one: Record, other: Record) -> bool:
     """Whether what two tests select is alike but for its order and last digits: of one file it may be other columns."""
-    pairs = [(one.table.numbers[name], other.table.numbers[name]) for name in one.columns & other.columns]
+    pairs = [(one.columns[name], other.columns[name]) for name in one.names & other.names]
     moved = [_span(a) for a, b in pairs if len(a) == len(b)]
     if len(moved) < len(pairs) or max(moved, default=0.0) == 0.0:
         return False
@@ -98,7 +122,10 @@ def _records(campaign: Campaign) -> Iterator[Record]:
             first: dict[str, Table] = {}
             for table in tables:
                 first.setdefault(table.name, table)
-            yield from (Record(owner[1], campaign.tests[owner[1]].sample, table) for table in first.values())
+            sample = campaign.tests[owner[1]].sample
+            for table in first.values():
+                columns = {name: column for name, column in table.numbers.items() if name != "time"}
+                yield Record(owner[1], sample, table, columns)
 
 
 def _is_whole(one: Record, other: Record) -> bool:
@@ -107,8 +134,8 @@ def _is_whole(one: Record, other: Record) -> bool:
         return False
     if one.table.source.path != other.table.source.path:
         return True
-    names = one.columns & other.columns
-    return bool(names) and all(np.array_equal(one.table.numbers[name], other.table.numbers[name]) for name in names)
+    names = one.names & other.names
+    return bool(names) and all(np.array_equal(one.columns[name], other.columns[name]) for name in names)
 
 
 def _alike(records: Sequence[Record], counts: Callable[[Record, Record], bool]) -> Iterator[tuple[int, int, list[str]]]:
@@ -118,16 +145,16 @@ def _alike(records: Sequence[Record], counts: Callable[[Record, Record], bool]) 
     column in which a step stands nearly everywhere, at rest or as it was commanded, tells nothing.
     """
     for name in sorted({name for one in records for name in one.columns}):
-        having = [at for at, one in enumerate(records) if name in one.columns and len(one.table.numbers[name]) > WINDOW]
+        having = [at for at, one in enumerate(records) if name in one.columns and len(one.columns[name]) > WINDOW]
         if len(having) < 2:
             continue
-        steps = [np.diff(records[at].table.numbers[name]) for at in having]
+        steps = [np.diff(records[at].columns[name]) for at in having]
         every, ends = np.concatenate(steps), np.cumsum([len(part) for part in steps])
         order = np.argsort(every)
         ranked = every[order]
         for (place, at), part in product(enumerate(having), PARTS):
             window = _window(steps[place], part)
-            same = 2 * DIGITS * _span(records[at].table.numbers[name])
+            same = 2 * DIGITS * _span(records[at].columns[name])
             low, high = (np.searchsorted(ranked, window + sign * same) for sign in (-1, 1))
             # The rarest steps first, which leave the fewest places.
             rare = np.argsort(high - low)
@@ -149,7 +176,7 @@ def _alike(records: Sequence[Record], counts: Callable[[Record, Record], bool]) 
                 other = records[having[where]]
                 if counts(other, records[at]) and _holds(other, records[at], int(here), part):
                     pair = sorted((having[where], at))
-                    yield pair[0], pair[1], sorted(other.columns & records[at].columns)
+                    yield pair[0], pair[1], sorted(other.names & records[at].names)
 
 
 def _tells(window: Rows, same: float) -> bool:
@@ -174,10 +201,10 @@ def _holds(one: Record, other: Record, start: int, part: float) -> bool:
 
     A stretch in which many readings are like the one before says nothing: channels at rest, or held.
     """
-    names = sorted(one.columns & other.columns)
-    rows, sought = (np.diff(np.column_stack([each.table.numbers[name] for name in names]), axis=0)
+    names = sorted(one.names & other.names)
+    rows, sought = (np.diff(np.column_stack([each.columns[name] for name in names]), axis=0)
                     for each in (one, other))  # fmt: skip
-    span = np.array([_span(one.table.numbers[name]) for name in names])
+    span = np.array([_span(one.columns[name]) for name in names])
     window = np.column_stack([_window(column, part) for column in sought.T])
     at_rest = (window == 0).all(axis=1)
     here = rows[start : start + len(window)]

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from metrology import ties
 from metrology.campaign.copies import of_one_record
 from metrology.chain import items
 from metrology.chain.contradictions import BETWEEN, ELSEWHERE
@@ -29,6 +30,8 @@ if TYPE_CHECKING:
 FAMILIES = {"k": ("k", "k_t", "k_0"), "E": ("E", "E_t", "E_0"), "c": ("c",)}
 """Quantity → results that are it: of each test the first that it gives, so that one record counts once. A relaxation is
 taken at the stated time where there is one."""
+TENTH = 1.1
+"""Ratio of two standard uncertainties that differ in the digits that are reported (JCGM 100, 7.2.6: two digits of u)."""
 SAME = 1 - 1e-6
 """Correlation from which on a result says nothing that the other one does not."""
 
@@ -186,7 +189,7 @@ def _combined(group: Group, once: Set[frozenset[str]], results: Sequence[_Result
     return replace(
         bare, members=members, value=made.value, u=made.u, low=made.low, high=made.high, dof=made.dof,
         consistent=made.consistent, statistic=made.statistic, p_value=made.p_value, birge=made.birge,
-        between=made.between, sentence=_sentence(made, len(counted)),
+        between=made.between, sentence=_sentence(made, dict(zip(at, np.sqrt(np.diag(covariance)).tolist(), strict=True))),
     )  # fmt: skip
 
 
@@ -210,7 +213,9 @@ FEW = said(
 """Of a consensus of two results that are not consistent."""
 
 
-def _sentence(made: gum.Combined, n: int) -> str:
+def _sentence(made: gum.Combined, of: Mapping[str, float]) -> str:
+    """What is said of a consensus; `of`: standard uncertainty of each result, by its name."""
+    n = len(of)
     freedom = counted("{count} degree of freedom", "{count} degrees of freedom", n - 1)
     test = said(
         "χ² = {statistic:.3g} with {freedom}, Birge ratio {birge:.2g}", statistic=made.statistic, freedom=freedom,
@@ -218,7 +223,12 @@ def _sentence(made: gum.Combined, n: int) -> str:
     )  # fmt: skip
     if made.consistent:
         text = "The {n} results are consistent ({test}): mean by generalised least squares with their joint covariance."
-        return said(text, n=n, test=test)
+        sentence = said(text, n=n, test=test)
+        best = min(of, key=lambda name: ties.level(of[name]))
+        if of[best] > TENTH * made.u:
+            return sentence
+        alone = said("It rests on {name}, whose u is less than a tenth larger by itself.", name=best)
+        return said("{texts:space}", texts=(sentence, alone))
     text = (
         "The {n} results differ by more than their uncertainties ({test}): mean with a scatter between the methods of "
         "{percent:.2g} %, interval by Student's t with {freedom}."

@@ -190,7 +190,10 @@ def _doubts(plan: Plan, test: TestItem) -> Iterator[Doubt]:
         from metrology.estimation.fit import CONTRADICTED
 
         text = "The extended model of {test} moves {names:comma} by more than {limit:g} u from what is stated."
-        yield Doubt("stated inputs", said(text, test=test.id, names=found.refuted, limit=CONTRADICTED))
+        sentence = said(text, test=test.id, names=found.refuted, limit=CONTRADICTED)
+        # Said where nothing is required, too: no verdict is then withheld that would say it.
+        plan.warnings.append(sentence)
+        yield Doubt("stated inputs", sentence)
     if verdict == "not finished":
         yield Doubt("diagnosis", said("The diagnosis of {test} is not finished.", test=test.id))
     if test.id in plan.undiagnosed:

@@ -221,7 +221,7 @@ def _measurands(test: DecayTest) -> tuple[Measurand, ...]:
 
     def frequency(x: Mapping[str, Any]) -> Any:
         undamped = x[omega_d] / functions.sqrt(1 - x[zeta] ** 2)
-        return undamped if clock is None else undamped / x[clock]
+        return undamped if clock is None else undamped / (1 + x[clock])
 
     def coefficient(x: Mapping[str, Any]) -> Any:
         return 2 * x[zeta] * functions.sqrt(x[test.stiffness] * x[mass])
@@ -229,7 +229,7 @@ def _measurands(test: DecayTest) -> tuple[Measurand, ...]:
     def dynamic(x: Mapping[str, Any]) -> Any:
         return x[mass] * x[omega_n] ** 2
 
-    by_clock = "" if clock is None else "/s_t"
+    by_clock = "" if clock is None else "/(1 + δ_t)"
     unit_k, unit_c = ("N·m/rad", "N·m·s/rad") if test.coordinate == "angle" else ("N/m", "N·s/m")
     c = Measurand(f"{test.name}.c", coefficient, unit_c, "c = 2·ζ·√(k·m)")
     k = Measurand(f"{test.name}.k", dynamic, unit_k, "k_dyn = m·ω_n²")

@@ -33,8 +33,8 @@ class DecayTest:
         It is looked up there, so that what k and other results share keeps them correlated. `{name}.k` is the
         oscillation's own: c = 2·ζ·m·ω_n then.
     clock : Input, optional
-        Factor by which the vibrometer's seconds must be multiplied (a number near one): ω_n and k_dyn take it, ζ
-        does not.
+        What a second of the clock lasts beyond a second, relative (a number near zero): ω_n and k_dyn take it, ζ does
+        not.
     scale : Input, optional
         Relative correction of displacements (a number near zero). It cancels in every ratio of amplitudes: no result
         takes it, and a note says so.

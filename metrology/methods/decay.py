@@ -14,14 +14,17 @@ from metrology.coordinate import TURNED
 from metrology.declaration.columns import Column, Table
 from metrology.declaration.conduct import Test
 from metrology.declaration.entry import Entry, Refusal, one_of, refuse, unknown
-from metrology.declaration.quantity import Frequency, Inertia, Mass, Stated, ValueOnly
+from metrology.declaration.quantity import Frequency, Inertia, Mass, Ratio, Stated, ValueOnly
 from metrology.declaration.readings import Readings
 from metrology.declaration.scalars import Id
 from metrology.errors import Fault, MetrologyError
 from metrology.message import said
-from metrology.method import Analysed, Files, Method, Output, Task, instruments
+from metrology.method import Analysed, Files, Method, Output, Task, clock, instruments
 from metrology.units import si_unit
 from metrology.units.dimensions import quoted
+
+STATED_IN = said("State it with an uncertainty: clock_rate: 0(50) ppm.")
+"""Where a decay takes the uncertainty of its clock."""
 
 if TYPE_CHECKING:
     import numpy as np
@@ -80,6 +83,12 @@ class DecayTest(Test):
         None,
         description="Elongation test whose k goes into c = 2·ζ·√(k·m); the oscillation's own k where nothing is said.",
         examples=["al-1100-elongation"],
+    )
+    clock_rate: Ratio | None = Field(
+        None,
+        description="What a second of the clock that stamps the readings lasts beyond a second, relative, and how well "
+        "that is known.",
+        examples=["0(50) ppm"],
     )
     mains: Annotated[Frequency, ValueOnly()] = Field(
         Stated.model_validate({"value": "50 Hz"}),
@@ -188,11 +197,24 @@ def analyse(task: Task[DecayTest]) -> Analysed[decay.DecayTest]:
     task.model.add(analysis.contribution)
     for measurand in analysis.measurands:
         task.add(measurand)
+    if task.test.clock_rate is None and analysis.measurands:
+        task.model.held.append(clock.held(task.name, _by_clock(prepared, analysis), STATED_IN))
     failures = analysis.finding.failures
     task.model.failures.extend(said("{name}: {sentence:quoted}", name=task.name, sentence=one) for one in failures)
     task.model.warnings.extend(_left_out(prepared))
     task.model.traces.update({f"decay/{task.name}/{record}": trace for record, trace in analysis.traces.items()})
     return Analysed(analysis.finding, prepared, analysis.contribution)
+
+
+def _by_clock(test: decay.DecayTest, analysis: decay.DecayAnalysis) -> dict[str, float]:
+    """Derivatives of the results by what a second of the clock lasts beyond a second: ω_n is in its time, ζ in none."""
+    power = {f"{test.name}.omega_n": 1, f"{test.name}.k": 2, f"{test.name}.c": 1}
+    known: dict[str, float] = {one.name: one.value for one in analysis.inputs}
+    for measurand in analysis.measurands:
+        # c with the k of another test is in the time of none: c = 2·ζ·√(k·m).
+        if measurand.name != f"{test.name}.c" or test.stiffness in known:
+            known[measurand.name] = measurand.function(known)
+    return {name: -times * known[name] for name, times in power.items() if name in known}
 
 
 def _left_out(test: decay.DecayTest) -> Iterator[str]:
@@ -230,6 +252,7 @@ def _prepared(task: Task[DecayTest]) -> decay.DecayTest:
         mass=test.inert.input(f"{name}.mass", said("mass that oscillates") if test.mass else said("moment of inertia")),
         stiffness=f"{test.stiffness}.k" if test.stiffness else f"{name}.k",
         scale=instruments.of_all_indications(sensor, task.campaign.instruments[sensor]),
+        clock=test.clock_rate.input(f"{name}.clock rate", clock.RATE) if test.clock_rate else None,
         mains=test.mains.si,
         expected=2 * pi * test.expected.si if test.expected else None,
         resolution=smallest.si if smallest is not None and smallest.si_unit == si_unit(test.column[1]) else 0.0,

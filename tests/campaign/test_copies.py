@@ -103,3 +103,26 @@ def test_two_tests_evaluate_one_record_where_they_select_the_same_of_a_file():
               "c": [record("g.csv", reading=first[::-1])]}  # fmt: skip
     assert of_one_record(campaign(tables, dict.fromkeys("abc", "line"))) == {frozenset("ac")}
     assert of_one_record(campaign(tables, {"a": "line", "b": "line", "c": "cord"})) == set()
+
+
+def swing():
+    t = np.arange(400.0) / 50
+    return np.round(0.05 * np.exp(-0.2 * t) * np.cos(6 * t) + RNG.normal(0.0, 2e-5, 400), 7)
+
+
+def test_a_decay_and_a_response_evaluate_one_record_though_each_names_it_otherwise():
+    """The cell stands beside the position in the one; another release, or the same thrust, is no copy."""
+    motion, force, thrust = swing(), RNG.normal(1.0, 0.01, 400), np.repeat([0.0, 0.6, 0.0, 0.3], 100)
+    tables = {"swing": [record("s.csv", displacement=motion)], "ride": [record("r.csv", x=motion, T=force)],
+              "other": [record("o.csv", x=swing(), F=thrust)], "again": [record("a.csv", x=swing(), F=thrust)],
+              "part": [record("p.csv", x=np.concatenate([swing()[:100], motion[150:]]))]}  # fmt: skip
+    same = {frozenset(pair) for pair in (("swing", "ride"), ("swing", "part"), ("ride", "part"))}
+    assert of_one_record(campaign(tables, dict.fromkeys(tables, "line"))) == same
+
+
+def test_limit_of_two_channels_in_each_record_one_alike_makes_no_copy():
+    """A crosshead that is driven by one waveform in two tests."""
+    waveform = np.round(np.cumsum(RNG.normal(0.0, 1e-4, 400)), 7)
+    tables = {"pull": [record("p.csv", crosshead=waveform, force=pull()["force"])],
+              "creep": [record("c.csv", elongation=waveform, load=pull()["force"])]}  # fmt: skip
+    assert of_one_record(campaign(tables, dict.fromkeys(tables, "line"))) == set()

@@ -12,9 +12,15 @@ from metrology.gum.distributions import Normal
 from metrology.gum.evaluation import Contribution
 from metrology.gum.inputs import Component, Input
 from metrology.message import said
+from metrology.method.clock import RATE, held
 
 if TYPE_CHECKING:
-    from metrology.estimation import Prior
+    import numpy as np
+
+    from metrology.estimation import Identification, Prior
+    from metrology.method.model import HeldParameter
+
+    Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 MASS = "mass.factor"
 SCALED = {"c": 1, MASS: 2}
@@ -59,8 +65,32 @@ def parted(found: Contribution, test: str, u: float, source: str) -> Contributio
         else one
         for one in found.measurands
     ]
-    added = Input(rate, 0.0, (known,), "1", said("relative error of the rate of the clock"))
+    added = Input(rate, 0.0, (known,), "1", RATE)
     return replace(found, inputs=(*inputs, added), measurands=tuple(measurands))
+
+
+def taken_as_exact(test: str, found: Identification, mass: Floats) -> HeldParameter:
+    """The rate of the clock where nothing is stated of it, by what the mass of a fit does to its results.
+
+    Parameters
+    ----------
+    test : str
+        Name of the test.
+    found : Identification
+        With status 'ok', and no mass that is free.
+    mass : ndarray, shape (p,)
+        Derivative of what all runs share, in the order of ``found.joint.names``, by the share of the mass.
+    """
+    joint = found.joint
+    values = dict(zip(joint.names, joint.values.tolist(), strict=True))
+    slopes = {
+        key: SCALED.get(key, 0) * values[key] - 2 * by_mass
+        for key, by_mass in zip(joint.names, mass.tolist(), strict=True)
+    }
+    if (k := values.get("k", 0.0)) > 0:
+        share = values.get(MASS, 1.0)
+        slopes["omega_n"] = sqrt(k / (found.rig.m * share)) * (slopes["k"] / k - slopes.get(MASS, 0.0) / share) / 2
+    return held(test, {f"{test}.{key}": slope for key, slope in slopes.items()})
 
 
 def _rest(mass: Input, u: float) -> Input:

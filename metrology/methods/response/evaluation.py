@@ -10,7 +10,7 @@ from metrology.errors import Fault, MetrologyError
 from metrology.message import said
 from metrology.method import Analysed, Task
 from metrology.method.instruments import add_modulus
-from metrology.methods.response.clock import parted
+from metrology.methods.response.clock import MASS, parted, taken_as_exact
 from metrology.methods.response.known import KNOWN
 from metrology.methods.response.preparation import STANDS_FOR, clock_rate, prepared
 from metrology.methods.response.schema import ResponseTest
@@ -67,7 +67,7 @@ def analyse(task: Task[ResponseTest]) -> Analysed[Ready]:
     model.failures.extend(said("{name}: {sentence:quoted}", name=name, sentence=sentence) for sentence in failures)
     _add_motions(task, analysis)
     if analysis.identified is not None and analysis.contribution.measurands:
-        model.held.extend(_held(name, analysis.identified))
+        model.held.extend(_held(name, test, analysis.identified))
     return Analysed(_explained(analysis.finding, test), (ready, analysis.identified), contribution)
 
 
@@ -199,7 +199,7 @@ def _placed(campaign: Declared, name: str, test: ResponseTest, fault: Fault) -> 
     return Fault(where, fault.got, fault.expected, fault.fix)
 
 
-def _held(name: str, found: Identification) -> Iterator[HeldParameter]:
+def _held(name: str, test: ResponseTest, found: Identification) -> Iterator[HeldParameter]:
     """What nobody stated an uncertainty of, with the derivatives of k and c by it."""
     from metrology.estimation import followed
     from metrology.method.model import HeldParameter
@@ -210,13 +210,17 @@ def _held(name: str, found: Identification) -> Iterator[HeldParameter]:
     # The motion shows line and set-up in series: how stiff the set-up is, k of the line alone rests on.
     series = ("setup.compliance",) if "k" in found.joint.names else ()
     names = [one for one in (*sorted(acting), *line, *series) if one not in found.layout.names]
-    for parameter, moved in followed(found, names).items():
+    exact = followed(found, names)
+    for parameter, moved in exact.items():
         entry = rig.parameters[parameter]
         slopes = {f"{name}.{key}": float(moved[at]) for at, key in enumerate(found.joint.names) if key in STANDS_FOR}
         reach, value = (entry.plausible[1] - entry.plausible[0]) / 2, rig.value(parameter)
         yield HeldParameter(
             name, parameter, entry.meaning, entry.unit, value, min(reach, abs(value)) if value else reach, slopes
         )
+    by_mass = {one.name: one.columns[:, 0] / one.u for one in found.joint.sources if one.kind == "common"} | exact
+    if test.known.clock_rate is None and MASS in by_mass:
+        yield taken_as_exact(name, found, by_mass[MASS])
 
 
 def _in_true_time(name: str, test: ResponseTest, found: Contribution) -> Contribution:
