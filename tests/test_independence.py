@@ -84,6 +84,8 @@ def test_planted_groups_that_are_copies_of_one_are_not_judged(tmp_path: Path) ->
 X = np.linspace(0.0, 10.0, 11)
 LINE = (1 + 0.5 * X + np.random.default_rng(5).normal(0.0, 0.01, 11)).round(5)
 
+AGAIN = (1 + 0.5 * np.repeat(X[::5], 3) + np.random.default_rng(9).normal(0.0, 0.01, 9)).round(5)
+
 
 @pytest.mark.long
 @pytest.mark.parametrize(
@@ -92,6 +94,10 @@ LINE = (1 + 0.5 * X + np.random.default_rng(5).normal(0.0, 0.01, 11)).round(5)
         pytest.param(X, LINE, "8 mm", "", id="line"),
         pytest.param(np.tile(X, 6), np.tile(LINE, 6), "8 mm", "is among them more than once", id="copied"),
         pytest.param(X, 1 + 0.5 * X + 0.02 * X**2, "8 mm", "do not follow the model", id="bowed"),
+        pytest.param(X[::2], LINE[::2] + 0.03 * X[::2] ** 2, "8 mm", "do not follow the model", id="six, bowed"),
+        pytest.param(X, np.where(X > 4.5, 1.05, 1) * LINE, "8 mm", "do not follow the model", id="two ranges"),
+        pytest.param(np.tile(X[:3], 3), np.tile(LINE[:3], 3), "1 mm", "do not follow the model", id="three, copied"),
+        pytest.param(np.repeat(X[::5], 3), AGAIN, "8 mm", "", id="three levels"),
         pytest.param(X[:3], 1 + 0.5 * X[:3], "1 mm", "do not scatter", id="exact"),
         pytest.param(X, LINE, "80 mm", "is an extrapolation", id="beyond"),
     ],
@@ -102,6 +108,23 @@ def test_planted_a_fit_whose_scatter_is_no_measure_is_not_judged(x, y, at: str, 
     found = evaluated(tmp_path, text + REQUIRED.format(name="c.p", upper="99 V"), f=rows)
     assert [one.verdict for one in found.conformity] == ([] if why else ["pass"])
     assert not why or why in " ".join(found.withheld[0].reasons)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("law", ["normal", "t of three"])
+@pytest.mark.parametrize("x", [np.linspace(0.0, 1.0, 6), np.repeat([0.0, 0.3, 1.0], 4), np.linspace(0.0, 1.0, 40) ** 3])
+def test_planted_nothing_points_about_a_line_do_not_leave_it(law: str, x) -> None:
+    """Also where each point has an uncertainty of its own, the largest four times the smallest."""
+    rng = np.random.default_rng(21)
+    u = 0.25 + 0.75 * rng.random(len(x))
+    design = np.column_stack([np.ones(len(x)), x]) / u[:, None]
+    basis = np.linalg.qr(design)[0]
+    noise = rng.standard_normal((len(x), 400)) if law == "normal" else rng.standard_t(3, (len(x), 400))
+    rest = (noise - basis @ (basis.T @ noise)).T
+    for found in ([independence.bent(x, one, design, u) for one in rest],
+                  [independence.repeated(x, one, design) for one in rest]):  # fmt: skip
+        # The limit is one third of 0.1 %: of a binomial of 400 at that 0.04 % are more than two.
+        assert np.count_nonzero(3 * np.array(found) < 1e-3) <= 2
 
 
 @pytest.mark.long

@@ -569,6 +569,16 @@ def test_closed_form_of_the_corners_of_a_course():
     assert found.whole
 
 
+def test_limit_every_piece_has_a_reading_also_about_a_single_one_that_is_off():
+    """Its two lines meet where the piece before begins, which was left without a reading."""
+    t = np.arange(0.0, 100.0, 0.1)
+    u = np.interp(t, [0, 5, 5.5, 100], [0, 0, 1, 1])
+    u[345] = -36.0
+    found = course(t, u)
+    assert np.diff(found.first).min() > 0
+    assert np.isfinite(found.covariance(t, blocks(t, found.at(t), u, found.first, [found.branch(t, 1.0)]))).all()
+
+
 def test_law_pieces_and_blocks_do_not_hang_on_the_last_digits():
     """Sums of another processor end otherwise: a corner at a reading was before it here and after it there."""
     t = np.arange(0.0, 100.0, 0.1)

@@ -55,24 +55,37 @@ def add_fits(plan: Plan, campaign: Campaign) -> None:
         plan.ensembles.extend(known.ensembles)
         plan.correlate(known.correlations)
         plan.redrawn.extend(known.redrawn)
-        _suspect(plan, name, stated, regression)
+        _suspect(plan, campaign, name, regression)
         _add_results(plan, campaign, name, regression)
 
 
-def _suspect(plan: Plan, name: str, stated: Fit, regression: Regression) -> None:
+def _suspect(plan: Plan, campaign: Campaign, name: str, regression: Regression) -> None:
     """Note what forbids that the parameters are judged: points that are copies, or do not follow the model.
 
     Where stated uncertainties account for the scatter they account for its order too.
     """
+    stated = campaign.fits[name]
     found: tuple[str, ...] = ()
     if not regression.u.any():
         found = (said("the points do not scatter, and no uncertainty of them is stated"),)
     elif regression.p_value is None or regression.p_value < REFUTED:
         design = regression.basis.gradient(np.asarray(regression.x), regression.basis.values)
-        found = tuple(independence.points(regression.x, regression.y, regression.residuals, design))
+        u = _of_points(campaign, name, stated, regression)
+        found = tuple(independence.points(regression.x, regression.y, regression.residuals, design, u))
     if found:
         one = Suspect(said("{name}: {found}.", name=name, found=found), stated.accepted)
         plan.suspect |= {f"{name}.{parameter}": (one,) for parameter in regression.names}
+
+
+def _of_points(campaign: Campaign, name: str, stated: Fit, regression: Regression) -> Any:
+    """Standard uncertainty of each point in y, with that in x by the slope there; ones where none is stated."""
+    x, count = np.asarray(regression.x), len(regression.x)
+    u_x, u_y = (_scatter(campaign, name, scatter, count) for scatter in (stated.u_x, stated.u_y))
+    if u_x is None:
+        return np.ones(count) if u_y is None else u_y
+    step = 1e-6 * float(np.ptp(x))
+    low, high = (regression.basis.function(x + sign * step, regression.basis.values) for sign in (-1, 1))
+    return np.hypot((high - low) / (2 * step) * u_x, 0.0 if u_y is None else u_y)
 
 
 def _regression(campaign: Campaign, name: str, stated: Fit, x: Any, y: Any) -> Regression:

@@ -11,7 +11,9 @@ from math import lgamma, log, sqrt
 from typing import Any
 
 import numpy as np
-from scipy.special import betainc, chdtr, gammaln, ndtr
+from scipy.linalg import qr
+from scipy.special import betainc, chdtr, fdtrc, gammaln, ndtr
+from scipy.stats import rankdata
 
 from metrology.gum.printed_probability import probability
 from metrology.message import said
@@ -26,6 +28,10 @@ FEWEST = 7
 """Readings, or points and one less for each further parameter, from which on their order can tell: 1/7! < `CHANCE`."""
 MOST = 200
 """Readings up to which the ratio of von Neumann is compared with draws; beyond it is normal."""
+PLACES = 16
+"""Places at most at which another range is looked for: between two of them lies a sixteenth of half of all points."""
+LARGE = 2 / 0.6745
+"""Two standard deviations over the median of the errors, of normal ones."""
 DRAWS = 20_000
 """Draws of the ratio: twenty below `CHANCE`."""
 
@@ -70,25 +76,29 @@ def copied(values: Any) -> Iterator[str]:
         yield said("all {whole} readings are copies of {count}, in another order", whole=len(value), count=levels)
 
 
-def points(x: Any, y: Any, residuals: Any, design: Any) -> Iterator[str]:
+def points(x: Any, y: Any, residuals: Any, design: Any, u: Any) -> Iterator[str]:
     """What forbids that the scatter of points about a fit is a measure of its uncertainty, in words.
 
     Parameters
     ----------
-    x, y : array_like, shape (n,)
-    residuals : array_like, shape (n,)
-        Of the points about the fit, each over its stated uncertainty where there is one.
+    x, y, residuals : array_like, shape (n,)
+        Points, and y less the fit.
     design : array_like, shape (n, p)
-        Derivatives of the fit by its parameters, in the unit of `residuals`.
+        Derivatives of the fit by its parameters.
+    u : array_like, shape (n,)
+        Standard uncertainty of the points; alike for all where none is stated.
     """
-    x, y, rest = (np.asarray(data, dtype=float) for data in (x, y, residuals))
+    x, y, u = (np.asarray(data, dtype=float) for data in (x, y, u))
+    rest = np.asarray(residuals, dtype=float) / u
     rows = np.unique(np.stack([x, y], axis=1), axis=0, return_inverse=True)[1].ravel().astype(float)
     if length := _twice(rows):
         yield said("a stretch of {count} points is among them more than once", count=length)
         return
     order = np.argsort(x, kind="stable")
-    rest, derivatives = rest[order], np.asarray(design, dtype=float)[order]
-    p = ordered(rest, derivatives)
+    rest, derivatives = rest[order], (np.asarray(design, dtype=float) / u[:, None])[order]
+    x, u = x[order], u[order]
+    tried = (ordered(rest, derivatives), bent(x, rest, derivatives, u), repeated(x, rest, derivatives))
+    p = min(1.0, len(tried) * min(tried))
     if p < CHANCE:
         text = (
             "residuals of neighbouring points are alike ({p:figures}): the points do not follow the model, and their "
@@ -129,6 +139,67 @@ def ordered(residuals: Floats, design: Floats) -> float:
     drawn -= (drawn @ basis) @ basis.T
     ratios = np.square(np.diff(drawn, axis=1)).sum(axis=1) / np.square(drawn).sum(axis=1)
     return float((np.count_nonzero(ratios <= ratio) + 1) / (DRAWS + 1))
+
+
+def bent(x: Floats, residuals: Floats, design: Floats, u: Floats) -> float:
+    """Upper limit of the probability that residuals follow further terms in x so well by chance.
+
+    Of one or two higher polynomials of its rank, and of other parameters from one of the middle points on, as of another range, the
+    least probable by the ratio of variances of independent normal errors (F), times their number (Bonferroni). Of few
+    points these tell what their order does not. `x` in order. Sources: N. R. Draper, H. Smith, Applied Regression
+    Analysis, 3rd ed. (1998), 6.1; G. C. Chow, Econometrica 28 (1960) 591.
+    """
+    n, p = design.shape
+    # By rank: of x itself a point far out would decide alone.
+    away = 2 * (rankdata(x) - 1) / (n - 1) - 1
+    higher = np.polynomial.legendre.legvander(away, p + 1)[:, p:] / u[:, None]
+    first = max(p + 1, n // 4)
+    places = np.flatnonzero(np.diff(x) > 0.0) + 1
+    places = places[(places >= first) & (places <= n - first)]
+    places = places[np.unique(np.linspace(0, len(places) - 1, PLACES).astype(int))] if len(places) else places
+    basis = np.linalg.qr(design)[0]
+    found = [_followed(residuals, basis, terms) for terms in (higher[:, :1], higher)]
+    # Of a few large errors some place makes another range: they count as twice the usual one.
+    usual = LARGE * float(np.median(np.abs(residuals)))
+    cut = np.clip(residuals, -usual, usual)
+    cut -= basis @ (basis.T @ cut)
+    for at in places:
+        later = np.where(np.arange(n)[:, None] >= at, design, 0.0)
+        found.append(max(_followed(residuals, basis, later), _followed(cut, basis, later)))
+    return min(1.0, len(found) * min(found))
+
+
+def _followed(residuals: Floats, basis: Floats, terms: Floats) -> float:
+    """Probability that residuals of a fit with an orthonormal basis follow further terms so well by chance."""
+    left = terms - basis @ (basis.T @ terms)
+    left -= basis @ (basis.T @ left)
+    turned, sizes, _ = qr(left, mode="economic", pivoting=True)
+    # What few levels of x leave of a term is rounding.
+    new = np.abs(np.diag(sizes)) > SAME * np.linalg.norm(terms)
+    count, gone = int(new.sum()), float(np.square(turned.T @ residuals)[new].sum())
+    free = len(residuals) - basis.shape[1] - count
+    if not count or free < 1:
+        return 1.0
+    return _ratio(gone, count, max(float(residuals @ residuals) - gone, 0.0), free)
+
+
+def repeated(x: Floats, residuals: Floats, design: Floats) -> float:
+    """Probability that points at one x scatter so little about their mean, for how far the means are off the fit.
+
+    By the ratio of variances of independent normal errors (F). Source: as of `bent`, 2.1.
+    """
+    levels, of = np.unique(x, return_inverse=True)
+    count = np.bincount(of)
+    within = float(np.square(residuals - (np.bincount(of, residuals) / count)[of]).sum())
+    lacking, free = len(levels) - int(np.linalg.matrix_rank(design)), len(x) - len(levels)
+    if lacking < 1 or free < 1:
+        return 1.0
+    return _ratio(float(residuals @ residuals) - within, lacking, within, free)
+
+
+def _ratio(gone: float, count: int, left: float, dof: int) -> float:
+    """Probability of so large a ratio of two variances, by their sums of squares and degrees of freedom."""
+    return float(fdtrc(count, dof, gone / count * dof / left)) if left > 0.0 else float(gone <= 0.0)
 
 
 def periodic(residuals: Floats, taken: int) -> float:

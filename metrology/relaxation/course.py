@@ -185,9 +185,12 @@ def _knots(t: Array, u: Array, edges: list[int]) -> Iterator[tuple[float, float]
         # About the end of the piece: about zero a steep ramp late in a record would leave few digits of its level.
         bend = line.slope - then.slope
         corner = near + (then.at(near) - line.at(near)) / bend if bend else np.inf
-        if t[max(at - 2, edges[number - 1])] < corner < t[min(at + 1, edges[number + 1] - 1)]:
-            # A corner at a reading but for rounding is at it, on every processor.
-            edges[number] = int(np.searchsorted(t, corner - ON * (t[at] - t[at - 1])))
+        # A corner at a reading but for rounding is at it, on every processor.
+        first = int(np.searchsorted(t, corner - ON * (t[at] - t[at - 1])))
+        is_near = t[max(at - 2, edges[number - 1])] < corner < t[min(at + 1, edges[number + 1] - 1)]
+        # Two lines that meet where the first one begins leave it no reading.
+        if is_near and edges[number - 1] < first < edges[number + 1]:
+            edges[number] = first
             yield corner, line.at(corner)
         else:
             yield float(t[at - 1]), line.at(float(t[at - 1]))
