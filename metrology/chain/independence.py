@@ -30,8 +30,8 @@ MOST = 200
 """Readings up to which the ratio of von Neumann is compared with draws; beyond it is normal."""
 PLACES = 16
 """Places at most at which another range is looked for: between two of them lies a sixteenth of half of all points."""
-LARGE = 2 / 0.6745
-"""Two standard deviations over the median of the errors, of normal ones."""
+LARGE = 3 / 0.6745
+"""Three standard deviations over the median of the errors, of normal ones."""
 DRAWS = 20_000
 """Draws of the ratio: twenty below `CHANCE`."""
 
@@ -159,7 +159,7 @@ def bent(x: Floats, residuals: Floats, design: Floats, u: Floats) -> float:
     places = places[np.unique(np.linspace(0, len(places) - 1, PLACES).astype(int))] if len(places) else places
     basis = np.linalg.qr(design)[0]
     found = [_followed(residuals, basis, terms) for terms in (higher[:, :1], higher)]
-    # Of a few large errors some place makes another range: they count as twice the usual one.
+    # Of a few large errors some place makes another range: they count as three times the usual one.
     usual = LARGE * float(np.median(np.abs(residuals)))
     cut = np.clip(residuals, -usual, usual)
     cut -= basis @ (basis.T @ cut)
