@@ -12,10 +12,10 @@ import truth_across as truth
 from scipy import stats
 
 from metrology import chain
-from metrology.chain import across
-from metrology.gum import consensus as gum
 from metrology.campaign.load import load
+from metrology.chain import across
 from metrology.findings import from_json, to_json
+from metrology.gum import consensus as gum
 from metrology.language.attention import attention
 from metrology.language.catalogue import ENGLISH
 from metrology.report import consensus, document, tables
@@ -255,7 +255,9 @@ def test_planted_a_copy_of_a_record_in_another_test_of_the_sample_counts_once(st
 
 def test_law_a_consensus_that_one_result_decides_says_so():
     """Of two that are alike u falls by √2; one that is known ten times as well as the other is known so by itself."""
-    alike, apart = (across._sentence(gum.combine(np.array([100.0, 101.0]), np.diag([1.0, u**2])), {"a.k": 1.0, "b.k": u})
-                    for u in (1.0, 10.0))  # fmt: skip
+    alike, apart = (
+        across._sentence(gum.combine(np.array([100.0, 101.0]), np.diag([1.0, u**2])), {"a.k": 1.0, "b.k": u})
+        for u in (1.0, 10.0)
+    )
     assert "rests on" not in alike
     assert apart.endswith("It rests on a.k, whose u is less than a tenth larger by itself.")

@@ -9,7 +9,7 @@ import pytest
 
 from metrology import chain
 from metrology.campaign.load import load
-from metrology.chain import independence
+from metrology.chain import independence, points
 
 HEAD = "format: metrology-campaign/1\nid: W\ntitle: Independent readings\n"
 REQUIRED = "requirements: [{{id: R, quantity: {name}, limits: {{upper: {upper}}}, decision: {{rule: guard band}}}}]\n"
@@ -121,8 +121,8 @@ def test_planted_nothing_points_about_a_line_do_not_leave_it(law: str, x) -> Non
     basis = np.linalg.qr(design)[0]
     noise = rng.standard_normal((len(x), 400)) if law == "normal" else rng.standard_t(3, (len(x), 400))
     rest = (noise - basis @ (basis.T @ noise)).T
-    for found in ([independence.bent(x, one, design, u) for one in rest],
-                  [independence.repeated(x, one, design) for one in rest]):  # fmt: skip
+    for found in ([points.bent(x, one, design, u) for one in rest],
+                  [points.repeated(x, one, design) for one in rest]):  # fmt: skip
         # The limit is one third of 0.1 %: of a binomial of 400 at that 0.04 % are more than two.
         assert np.count_nonzero(3 * np.array(found) < 1e-3) <= 2
 
@@ -154,9 +154,9 @@ def test_planted_a_line_between_two_frequencies_is_periodic_and_noise_is_not() -
     rng = np.random.default_rng(9)
     noise = rng.normal(size=(2000, 40))
     noise -= noise.mean(axis=1, keepdims=True)
-    assert np.mean([independence.periodic(one, 1) < 1e-2 for one in noise]) <= 0.01
+    assert np.mean([points.periodic(one, 1) < 1e-2 for one in noise]) <= 0.01
     line = 2 * np.sin(2 * np.pi * 7.5 * np.arange(40) / 40)
-    assert max(independence.periodic(one + line, 1) for one in noise[:100]) < 1e-2
+    assert max(points.periodic(one + line, 1) for one in noise[:100]) < 1e-2
 
 
 def test_limit_the_ratio_of_many_readings_is_normal() -> None:

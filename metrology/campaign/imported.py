@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 _APART = 1e-6
 """Correlation between two results that what they share by name does not explain, above which it is no rounding."""
+CAMPAIGNS = (".yaml", ".yml")
+"""Ends of the names of campaign files."""
 RECONSTRUCTED = ", reconstructed"
 """What the source of a component says of readings that were not measured; a result made of it hands it on."""
 _ENDLESS = 1e9
@@ -49,6 +51,8 @@ class Imported:
         Unit in which its own report shows it.
     reconstructed : bool
         Whether it rests on readings that were not measured, there or in a campaign that it takes a result from.
+    records : tuple of (str, str)
+        Files that its campaign read, by name and SHA-256, but for campaign files.
     """
 
     about: str
@@ -59,6 +63,7 @@ class Imported:
     loose: bool = False
     display_unit: str = ""
     reconstructed: bool = False
+    records: tuple[tuple[str, str], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -131,6 +136,7 @@ def enter_results(document: Document) -> tuple[tuple[SourceFile, ...], tuple[Imp
         imported[about] = Imported(
             about, result.name, report, results_file.reasons(findings, result), "", display_unit=result.display_unit,
             reconstructed=bool(findings.campaign.reconstructed) or further,
+            records=tuple((file.path, file.sha256) for file in findings.inputs if not file.path.endswith(CAMPAIGNS)),
         )  # fmt: skip
     declared = _declared(data)
     for name, (_, findings) in files.items():

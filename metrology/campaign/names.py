@@ -143,7 +143,7 @@ def _of_fit(fit: Fit) -> Iterator[tuple[str, Dimension | None]]:
     for name, start in fit.model.start.items():
         yield name, start.dimension
     for point in fit.predict:
-        yield point.name, y if point.y is None else x
+        yield point.name, x if point.x is None else y
 
 
 def resolve(campaign: Campaign, names: Names) -> None:

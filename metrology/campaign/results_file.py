@@ -123,6 +123,14 @@ class Related:
 
 
 @dataclass(frozen=True)
+class Record:
+    """What is taken of a file that was read."""
+
+    path: str
+    sha256: str
+
+
+@dataclass(frozen=True)
 class Results:
     """What is taken of a `results.json`; the rest is passed over."""
 
@@ -133,6 +141,7 @@ class Results:
     conformity: tuple[Judged, ...] = ()
     tests: tuple[dict[str, Any], ...] = ()
     diagnosis: tuple[Diagnosed, ...] = ()
+    inputs: tuple[Record, ...] = ()
 
 
 @cache

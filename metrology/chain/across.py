@@ -31,7 +31,7 @@ FAMILIES = {"k": ("k", "k_t", "k_0"), "E": ("E", "E_t", "E_0"), "c": ("c",)}
 """Quantity → results that are it: of each test the first that it gives, so that one record counts once. A relaxation is
 taken at the stated time where there is one."""
 TENTH = 1.1
-"""Ratio of two standard uncertainties that differ in the digits that are reported (JCGM 100, 7.2.6: two digits of u)."""
+"""Ratio of two standard uncertainties that differ in the digits reported (JCGM 100, 7.2.6: two digits of u)."""
 SAME = 1 - 1e-6
 """Correlation from which on a result says nothing that the other one does not."""
 
@@ -181,6 +181,7 @@ def _combined(group: Group, once: Set[frozenset[str]], results: Sequence[_Result
     covariance = np.array([[one.with_(other) for other in counted] for one in counted])
     made = gum.combine(np.array([one.value for one in counted]), covariance, probability=bare.p)
     at = {one.name: index for index, one in enumerate(counted)}
+    each = dict(zip(at, np.sqrt(np.diag(covariance)).tolist(), strict=True))
     members = tuple(
         # A weight is known to some per cent; rounded, it is the same on every processor.
         replace(one, weight=round(float(made.weights[at[one.result]]), 7), en=float(made.en[at[one.result]]))
@@ -189,7 +190,7 @@ def _combined(group: Group, once: Set[frozenset[str]], results: Sequence[_Result
     return replace(
         bare, members=members, value=made.value, u=made.u, low=made.low, high=made.high, dof=made.dof,
         consistent=made.consistent, statistic=made.statistic, p_value=made.p_value, birge=made.birge,
-        between=made.between, sentence=_sentence(made, dict(zip(at, np.sqrt(np.diag(covariance)).tolist(), strict=True))),
+        between=made.between, sentence=_sentence(made, each),
     )  # fmt: skip
 
 

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import re
+from itertools import product
 from math import isfinite, sqrt
 from typing import TYPE_CHECKING
 
+from metrology.campaign.copies import of_one_record
 from metrology.chain.contradictions import contradictions
 from metrology.chain.doubt import Doubt, with_acceptance
+from metrology.chain.extrapolation import extrapolated
 from metrology.gum.points import REFUTED
 from metrology.gum.printed_probability import probability
 from metrology.gum.rounding import readable, significant
@@ -45,18 +48,45 @@ def doubts(
     for name, doubt in _impossible(plan, evaluation):
         against[plan.identities[name].test] = (*against.get(plan.identities[name].test, ()), doubt)
     found = {test.id: _accepted(campaign, plan, test, against.get(test.id, ())) for test in plan.tests}
+    for name, doubt in extrapolated(campaign, plan, evaluation):
+        plan.warnings.append(doubt.sentence)
+        of_names[name] = (*of_names.get(name, ()), doubt)
     for names in (_of_readings(plan), _of_fits(campaign, plan), _of_imports(campaign, plan)):
         for name, more in names.items():
             of_names[name] = (*of_names.get(name, ()), *more)
+    again = list(_evaluated_again(campaign, plan))
     return {
         name: tuple(dict.fromkeys((
             *(one for test in tests for one in found[test] if _concerned(plan, name, test, one)),
             *(one for other in sorted(stands.reads.get(name, frozenset({name})) & of_names.keys())
               for one in of_names[other] if not one.shape or _matters(evaluation, name, other)),
+            *(doubt for both, doubt in again if both <= stands.reads.get(name, frozenset()) | set(tests)),
             *_undetermined(plan, name, evaluation),
         )))
         for name, tests in stands.tests.items()
     }  # fmt: skip
+
+
+def _evaluated_again(campaign: Campaign, plan: Plan) -> Iterator[tuple[frozenset[str], Doubt]]:
+    """Two tests, or inputs of another campaign, that rest on one record: together they are no two measurements."""
+    if not campaign.derived and not campaign.imported:
+        return
+    for pair in sorted(of_one_record(campaign), key=sorted):
+        text = "{tests:comma} evaluate one record, which is taken for two."
+        yield pair, Doubt("records", said(text, tests=tuple(sorted(pair))))
+    own = {table.source.sha256: owner[1] for owner, tables in campaign.tables.items() if owner[0] == "tests"
+           for table in tables}  # fmt: skip
+    for at, one in enumerate(campaign.imported):
+        entered = plan.imported[one.about]
+        for path, sha in one.records:
+            text = "{names:comma} rests on the file '{path}', and so does {other}: they are taken for independent."
+            others = [(other.result, plan.imported[other.about]) for other in campaign.imported[:at]
+                      if other.report != one.report and any(sha == each for _, each in other.records)]  # fmt: skip
+            if sha in own:
+                others.append((own[sha], (own[sha],)))
+            for other, names in others:
+                for pair in product(entered, names):
+                    yield frozenset(pair), Doubt("records", said(text, names=entered, path=path, other=other))
 
 
 def _matters(evaluation: Evaluation, name: str, given: str) -> bool:

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from metrology import units
-from metrology.chain import independence
+from metrology.chain import independence, points
+from metrology.chain.extrapolation import beyond
 from metrology.chain.knowledge import value_of
 from metrology.chain.plan import Identity, Plan, Suspect
 from metrology.expression import Expression
@@ -62,16 +63,18 @@ def add_fits(plan: Plan, campaign: Campaign) -> None:
 def _suspect(plan: Plan, campaign: Campaign, name: str, regression: Regression) -> None:
     """Note what forbids that the parameters are judged: points that are copies, or do not follow the model.
 
-    Where stated uncertainties account for the scatter they account for its order too.
+    Uncertainties that are stated count as independent of one another, unless a correlation is stated too.
     """
     stated = campaign.fits[name]
     found: tuple[str, ...] = ()
     if not regression.u.any():
         found = (said("the points do not scatter, and no uncertainty of them is stated"),)
-    elif regression.p_value is None or regression.p_value < REFUTED:
+    elif stated.correlation is None:
+        data = regression.x, regression.y, regression.residuals
         design = regression.basis.gradient(np.asarray(regression.x), regression.basis.values)
-        u = _of_points(campaign, name, stated, regression)
-        found = tuple(independence.points(regression.x, regression.y, regression.residuals, design, u))
+        found = tuple(points.points(*data, design, _of_points(campaign, name, stated, regression)))
+        if regression.p_value is None:
+            found += tuple(points.scattered(*data, design))
     if found:
         one = Suspect(said("{name}: {found}.", name=name, found=found), stated.accepted)
         plan.suspect |= {f"{name}.{parameter}": (one,) for parameter in regression.names}
@@ -193,29 +196,16 @@ def _add_results(plan: Plan, campaign: Campaign, name: str, regression: Regressi
         measurand = Measurand(full, solve, units.si_unit(unit), equation)
         plan.add_measurand(measurand, Identity(point.name, "derived", test=name, display_unit=unit))
         used = given.value if point.x is not None else plan.estimates().get(full, nan)
-        sentences = list(_beyond(stated, full, np.asarray(regression.x) + origin, used))
+        sentences = list(beyond(full, np.asarray(regression.x) + origin, units.si_unit(axis_unit(stated.x)), used))
+        if point.readings is not None:
+            wrong = tuple(independence.faults(point.readings))
+            if not np.ptp(point.readings):
+                text = "all {count} readings are alike, and no resolution of them is stated"
+                wrong = (said(text, count=len(point.readings)),)
+            sentences += [said("{name}: {found}.", name=given.name, found=wrong)] if wrong else []
         if point.x is None:
             sentences += _unbounded(campaign, full, regression, given)
         plan.suspect[full] = tuple(Suspect(sentence, stated.accepted) for sentence in sentences)
-
-
-def _beyond(stated: Fit, full: str, x: Any, used: float) -> Iterator[str]:
-    """Say where a fit is used beyond its data: nothing there says that the model holds."""
-    low, high = float(np.min(x)), float(np.max(x))
-    slack = 1e-9 * (high - low)
-    if not isfinite(used) or low - slack <= used <= high + slack:
-        return
-    unit = units.si_unit(axis_unit(stated.x))
-    text = (
-        "{name} is an extrapolation: the fit is used at {used:figures}, and its data reach from {low:figures} to "
-        "{high:figures}. That the model holds there is an assumption, which u does not contain."
-    )
-    yield said(text, name=full, used=_at(used, unit), low=_at(low, unit), high=_at(high, unit))
-
-
-def _at(x: float, unit: str) -> str:
-    """A place on the abscissa for a sentence; one on a scale with an offset, such as of temperature, in SI."""
-    return readable(x, unit, 4)
 
 
 def _given(point: Prediction, key: str, description: str) -> Input:

@@ -60,12 +60,13 @@ def add_ensembles(plan: Plan, campaign: Campaign) -> None:
         means, joint = simultaneous(name, series, source=source)
         for member, heading in ensemble.columns.items():
             unit = table.units[heading]
-            quantity = _member(ensemble, member, means[member], unit)
+            quantity = stated = _member(ensemble, member, means[member], unit)
             if len(series) == 1:
                 repeatability = type_a(said("repeatability"), series[member], source=source)
                 quantity = replace(quantity, components=(repeatability, *quantity.components))
             plan.add_inputs([quantity])
-            _suspect(plan, ensemble, member, series[member], independence.faults(series[member]))
+            found = independence.faults(series[member], resolved=stated.u)
+            _suspect(plan, ensemble, member, series[member], found)
             identity = Identity(member, "derived", display_unit=unit, headline=len(campaign.derived) == 0)
             plan.add_measurand(
                 Measurand(f"{name}.{member}", value_of(member), quantity.unit, said("mean of the readings")), identity
@@ -115,7 +116,9 @@ def _add_groups(plan: Plan, campaign: Campaign, name: str) -> None:
         if ensemble.nested
         else said("{first} and {second}, crossed", first=ensemble.crossed[0], second=ensemble.crossed[1])
     )
-    _suspect(plan, ensemble, member, table.numbers[heading], independence.copied(table.numbers[heading]), found.u)
+    cells = [" ".join(names) for names in zip(*groups, strict=True)]
+    wrong = independence.grouped(table.numbers[heading], cells, resolved=stated.u)
+    _suspect(plan, ensemble, member, table.numbers[heading], wrong, found.u)
     scatter = Component(label, Normal(found.u), found.dof, "A", source)
     plan.add_inputs([replace(stated, components=(scatter, *stated.components))])
     shown = Identity(member, "derived", display_unit=unit, headline=len(campaign.derived) == 0)

@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING, Any
 from metrology.decay.finding import DampingShape, DecayFinding, DecayRecord
 
 if TYPE_CHECKING:
-    from metrology.decay.analysis import DecayAnalysis, analyse
+    from metrology.decay.analysis import DecayAnalysis, analyse, by_clock
     from metrology.decay.test import DecayTest
 
-__all__ = ["DampingShape", "DecayAnalysis", "DecayFinding", "DecayRecord", "DecayTest", "analyse"]
+__all__ = ["DampingShape", "DecayAnalysis", "DecayFinding", "DecayRecord", "DecayTest", "analyse", "by_clock"]
 
 
 def __getattr__(name: str) -> Any:

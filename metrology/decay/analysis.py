@@ -238,3 +238,25 @@ def _measurands(test: DecayTest) -> tuple[Measurand, ...]:
         Measurand(omega_n, frequency, "rad/s", f"ω_n = ω_d/√(1 − ζ²){by_clock}"),
         *((k, c) if test.stiffness == k.name else (c, k)),
     )
+
+
+def by_clock(test: DecayTest, analysis: DecayAnalysis) -> dict[str, float]:
+    """Derivatives of the results by what a second of the clock lasts beyond a second: ω_n is in its time, ζ in none.
+
+    Parameters
+    ----------
+    test, analysis : DecayTest, DecayAnalysis
+        A test with results, and its evaluation.
+
+    Returns
+    -------
+    dict of str to float
+        By the full name of the result.
+    """
+    power = {f"{test.name}.omega_n": 1, f"{test.name}.k": 2, f"{test.name}.c": 1}
+    known: dict[str, float] = {one.name: one.value for one in analysis.inputs}
+    for measurand in analysis.measurands:
+        # c with the k of another test is in the time of none: c = 2·ζ·√(k·m).
+        if measurand.name != f"{test.name}.c" or test.stiffness in known:
+            known[measurand.name] = measurand.function(known)
+    return {name: -times * known[name] for name, times in power.items() if name in known}

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,6 +17,9 @@ from metrology.decay.settling import Baseline
 from metrology.decay.start import Unusable
 from metrology.message import counted, said
 from metrology.timeseries import Channel
+
+if TYPE_CHECKING:
+    from metrology.decay.test import DecayTest
 
 
 @dataclass(frozen=True)
@@ -147,3 +152,28 @@ def curvature(separated: Separated) -> float:
     """Return the root mean square of the second derivative of the fitted baseline, m/s²."""
     bend = drift(separated).bend(separated.t)
     return float(np.sqrt(np.mean(bend**2)))
+
+
+def left_out(test: DecayTest) -> Iterator[str]:
+    """Sentences on the parts of the records of a test that are not evaluated.
+
+    Parameters
+    ----------
+    test : DecayTest
+        With its records taken apart.
+
+    Yields
+    ------
+    str
+        A sentence for each jump.
+    """
+    for record, separated in zip(test.records, test.separated, strict=True):
+        for jump in separated.jumps if isinstance(separated, Separated) else ():
+            text = (
+                "{name}: what comes before {time:.4g} s is not evaluated. The phase jumps there, as by a knock or by "
+                "samples that are missing."
+                if jump.keeps_later
+                else "{name}: what comes after {time:.4g} s is not evaluated. The phase jumps there, as by a knock or "
+                "by samples that are missing."
+            )
+            yield said(text, name=record.name, time=float(jump.time))

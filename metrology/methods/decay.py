@@ -187,6 +187,7 @@ def analyse(task: Task[DecayTest]) -> Analysed[decay.DecayTest]:
         For releases at a frequency that is off by more than a factor of two from what is known of it.
     """
     from metrology.decay import frequency
+    from metrology.decay.separated import left_out
 
     prepared = task.model.once(_separated, _prepared(task))
     wrong = tuple(frequency.faults(prepared, instruments.known_stiffness(task) if task.test.mass else {}))
@@ -198,39 +199,12 @@ def analyse(task: Task[DecayTest]) -> Analysed[decay.DecayTest]:
     for measurand in analysis.measurands:
         task.add(measurand)
     if task.test.clock_rate is None and analysis.measurands:
-        task.model.held.append(clock.held(task.name, _by_clock(prepared, analysis), STATED_IN))
+        task.model.held.append(clock.held(task.name, decay.by_clock(prepared, analysis), STATED_IN))
     failures = analysis.finding.failures
     task.model.failures.extend(said("{name}: {sentence:quoted}", name=task.name, sentence=one) for one in failures)
-    task.model.warnings.extend(_left_out(prepared))
+    task.model.warnings.extend(left_out(prepared))
     task.model.traces.update({f"decay/{task.name}/{record}": trace for record, trace in analysis.traces.items()})
     return Analysed(analysis.finding, prepared, analysis.contribution)
-
-
-def _by_clock(test: decay.DecayTest, analysis: decay.DecayAnalysis) -> dict[str, float]:
-    """Derivatives of the results by what a second of the clock lasts beyond a second: ω_n is in its time, ζ in none."""
-    power = {f"{test.name}.omega_n": 1, f"{test.name}.k": 2, f"{test.name}.c": 1}
-    known: dict[str, float] = {one.name: one.value for one in analysis.inputs}
-    for measurand in analysis.measurands:
-        # c with the k of another test is in the time of none: c = 2·ζ·√(k·m).
-        if measurand.name != f"{test.name}.c" or test.stiffness in known:
-            known[measurand.name] = measurand.function(known)
-    return {name: -times * known[name] for name, times in power.items() if name in known}
-
-
-def _left_out(test: decay.DecayTest) -> Iterator[str]:
-    """Sentences on the parts of its records that are not evaluated."""
-    from metrology.decay.separated import Separated
-
-    for record, separated in zip(test.records, test.separated, strict=True):
-        for jump in separated.jumps if isinstance(separated, Separated) else ():
-            text = (
-                "{name}: what comes before {time:.4g} s is not evaluated. The phase jumps there, as by a knock or by "
-                "samples that are missing."
-                if jump.keeps_later
-                else "{name}: what comes after {time:.4g} s is not evaluated. The phase jumps there, as by a knock or "
-                "by samples that are missing."
-            )
-            yield said(text, name=record.name, time=float(jump.time))
 
 
 def _separated(test: decay.DecayTest) -> decay.DecayTest:
