@@ -85,8 +85,8 @@ def _evaluated_again(campaign: Campaign, plan: Plan) -> Iterator[tuple[frozenset
             if sha in own:
                 others.append((own[sha], (own[sha],)))
             for other, names in others:
-                for pair in product(entered, names):
-                    yield frozenset(pair), Doubt("records", said(text, names=entered, path=path, other=other))
+                for both in product(entered, names):
+                    yield frozenset(both), Doubt("records", said(text, names=entered, path=path, other=other))
 
 
 def _matters(evaluation: Evaluation, name: str, given: str) -> bool:

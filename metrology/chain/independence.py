@@ -86,7 +86,8 @@ def _coarse(value: Floats, resolved: float) -> Iterator[str]:
     before = float(value.var(ddof=1)) - step**2 / 12
     if before < (1 - SAME) * step**2 / 4 and resolved < 0.99 * step / sqrt(12):
         text = (
-            "the readings scatter by less than half a step of {step:.3g} in SI: rounding does not average out of them"
+            "the readings scatter by less than half of their step, {step:.3g} in SI: rounding does not average out, "
+            "state the resolution"
         )
         yield said(text, step=step)
 
