@@ -52,6 +52,8 @@ def of_readings(folder: Path, values, more: str = ""):
         pytest.param(CLIPPED, "of 40 readings are the same", id="clipped"),
         pytest.param(OTHER, "30 of 300 readings are apart from the others", id="of another range"),
         pytest.param(DRIFT, "neighbouring readings are alike", id="drift"),
+        pytest.param([*[5.0] * 29, 6.0], "rounding does not average out", id="one step"),
+        pytest.param([5.0, 5.0, 6.0, 4.0, 6.0, 4.0, 5.0], "", id="three steps"),
     ],
 )
 def test_planted_a_mean_of_readings_that_are_not_independent_is_not_judged(values, why: str, tmp_path: Path) -> None:
@@ -79,6 +81,18 @@ def test_planted_groups_that_are_copies_of_one_are_not_judged(tmp_path: Path) ->
         found = evaluated(tmp_path, text + REQUIRED.format(name="V", upper="99999 V"), v="day,V / V\n" + rows)
         assert not found.conformity
         assert why in " ".join(found.withheld[0].reasons)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("drift", [0.0, 0.002])
+def test_planted_a_drift_of_which_the_groups_take_turns(drift: float, tmp_path: Path) -> None:
+    """Their means hardly differ, while all of them are off."""
+    values = np.random.default_rng(12).normal(5.0, 0.01, 60) + drift * np.arange(60)
+    rows = "".join(f"o{at % 3},{value:.5f}\n" for at, value in enumerate(values))
+    text = 'ensembles: {e: {readings: v.csv, columns: {V: "V / V"}, nested: [operator]}}\n'
+    found = evaluated(tmp_path, text + REQUIRED.format(name="V", upper="99999 V"), v="operator,V / V\n" + rows)
+    assert [one.verdict for one in found.conformity] == ([] if drift else ["pass"])
+    assert not drift or "readings that follow each other" in found.withheld[0].reasons[0]
 
 
 X = np.linspace(0.0, 10.0, 11)

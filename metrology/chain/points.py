@@ -76,9 +76,12 @@ def scattered(x: Any, y: Any, residuals: Any, design: Any) -> Iterator[str]:
     """What forbids that the scatter of points alone is their uncertainty, in words; arguments as of `points`."""
     x, y, rest = (np.asarray(data, dtype=float) for data in (x, y, residuals))
     n, p = np.shape(design)
-    step, most = divisor(np.diff(np.unique(y))), float(np.abs(rest).max())
+    steps = np.diff(np.unique(y))
+    step, most = divisor(steps), float(np.abs(rest).max())
+    # Points at even x are nearly in steps too, without rounding.
+    is_rounded = step > 0.0 and float(np.abs(steps - step * np.round(steps / step)).max()) < SAME * step
     # Errors of rounding are anywhere within half a step, whatever x is.
-    if 2 * most < step and (2 * most / step) ** (n - p) < CHANCE:
+    if is_rounded and 2 * most < step and (2 * most / step) ** (n - p) < CHANCE:
         text = (
             "y is in steps of {step:.3g} in SI, and no point is farther than {most:.3g} off the fit: what rounding "
             "left out is in no scatter, state 'u_y'"
