@@ -381,7 +381,7 @@ def test_planted_interval_of_a_mean_holds_it_however_releases_differ(count: int,
 
 
 def test_law_one_release_with_a_clock_and_its_own_stiffness() -> None:
-    clock = Input("clock", 1.0, (Component("certificate", Normal(1e-4)),))
+    clock = Input("clock", 0.0, (Component("certificate", Normal(1e-4)),))
     made, mass = record(AL, np.random.default_rng(9)), Input("d.mass", 1.2, unit="kg")
     from metrology import decay
 
@@ -395,7 +395,7 @@ def test_law_one_release_with_a_clock_and_its_own_stiffness() -> None:
     assert within.u == pytest.approx(one.omega_fit_u, rel=1e-12, abs=0)
     # k comes before the c that it enters.
     assert [m.name for m in found.measurands] == ["d.zeta", "d.omega_n", "d.k", "d.c"]
-    assert found.measurands[1].equation == "ω_n = ω_d/√(1 − ζ²)/s_t"
+    assert found.measurands[1].equation == "ω_n = ω_d/√(1 − ζ²)/(1 + δ_t)"
 
 
 def test_limit_a_test_without_any_record_of_use() -> None:

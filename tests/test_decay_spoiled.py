@@ -12,11 +12,10 @@ from truth_decay import MATERIALS, Vibrometer, releases
 
 from metrology import decay as methods
 from metrology.decay import DecayTest
-from metrology.decay.separated import Separated
+from metrology.decay.separated import Separated, left_out
 from metrology.decay.separation import separate
 from metrology.diagnostics import decay
 from metrology.gum.inputs import Input
-from metrology.methods.decay import _left_out
 from metrology.timeseries import Channel
 
 M, F, ZETA = 0.35, 1.3, 0.006
@@ -92,7 +91,7 @@ def test_planted_samples_missing_behind_even_stamps_are_found(missing: int) -> N
     assert jump.keeps_later
     assert float(one.free.time[0]) >= T[at]
     assert "jumps" in one.describe(50.0)
-    (said,) = _left_out(test)
+    (said,) = left_out(test)
     assert f"before {jump.time:.4g} s is not evaluated" in said
     assert are_right(test)
 

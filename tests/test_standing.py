@@ -231,13 +231,13 @@ def test_law_a_failed_check_is_covered_only_by_an_effect_that_the_data_support(v
     check = SimpleNamespace(passed=False, covered=False, name="linearity", concerns=(), effects=None)
     test = SimpleNamespace(id="e", finding=SimpleNamespace(checks=(check,), chi_squared=None), decay=None)
     found = SimpleNamespace(test="e", verdict=verdict, is_decided=is_decided, named=("toe",), groups=(), refuted=())
-    plan = SimpleNamespace(diagnosis=[found], undiagnosed={}, verification=[])
+    plan = SimpleNamespace(diagnosis=[found], undiagnosed={}, verification=[], warnings=[])
     assert [one.check for one in _doubts(plan, test)] == doubted
 
 
 def test_law_a_cause_explains_only_the_checks_that_it_can_fail():
     found = SimpleNamespace(test="e", verdict="explained", is_decided=True, named=("toe",), groups=(), refuted=())
-    plan = SimpleNamespace(diagnosis=[found], undiagnosed={}, verification=[])
+    plan = SimpleNamespace(diagnosis=[found], undiagnosed={}, verification=[], warnings=[])
     for effects, doubted in ((None, []), (("toe", "slip"), []), (("slip",), ["x"]), ((), ["x"])):
         check = SimpleNamespace(passed=False, covered=False, name="x", concerns=(), effects=effects)
         test = SimpleNamespace(id="e", finding=SimpleNamespace(checks=(check,), chi_squared=None), decay=None)
@@ -252,7 +252,7 @@ def test_law_an_input_that_the_diagnosis_refutes_is_never_in_the_model(verdict):
     found = SimpleNamespace(
         test="e", verdict=verdict, is_decided=True, named=("thrust",), groups=(), refuted=("thrust.gain",)
     )
-    doubts = list(_doubts(SimpleNamespace(diagnosis=[found], undiagnosed={}, verification=[]), test))
+    doubts = list(_doubts(SimpleNamespace(diagnosis=[found], undiagnosed={}, verification=[], warnings=[]), test))
     assert any(one.check == "stated inputs" and not one.covered and "thrust.gain" in one.sentence for one in doubts)
 
 
@@ -260,7 +260,7 @@ def test_law_an_input_that_the_diagnosis_refutes_is_never_in_the_model(verdict):
 def test_law_a_record_that_could_not_be_evaluated_leaves_its_test_without_a_verdict(lost):
     """What the others scatter by says nothing of it: one of three releases that decayed had c 5.7 u off."""
     finding = SimpleNamespace(checks=(), chi_squared=None, failures=("r: No decay is seen.",) * lost)
-    plan = SimpleNamespace(diagnosis=[], undiagnosed={}, verification=[])
+    plan = SimpleNamespace(diagnosis=[], undiagnosed={}, verification=[], warnings=[])
     found = [one.check for one in _doubts(plan, SimpleNamespace(id="d", finding=finding, decay=finding))]
     assert found == (["records"] if lost else [])
 

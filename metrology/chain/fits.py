@@ -199,9 +199,6 @@ def _add_results(plan: Plan, campaign: Campaign, name: str, regression: Regressi
         sentences = list(beyond(full, np.asarray(regression.x) + origin, units.si_unit(axis_unit(stated.x)), used))
         if point.readings is not None:
             wrong = tuple(independence.faults(point.readings))
-            if not np.ptp(point.readings):
-                text = "all {count} readings are alike, and no resolution of them is stated"
-                wrong = (said(text, count=len(point.readings)),)
             sentences += [said("{name}: {found}.", name=given.name, found=wrong)] if wrong else []
         if point.x is None:
             sentences += _unbounded(campaign, full, regression, given)

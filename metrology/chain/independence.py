@@ -37,6 +37,7 @@ def faults(values: Any, *, resolved: float = 0.0) -> Iterator[str]:
     """
     value = np.asarray(values, dtype=float)
     if not np.ptp(value):
+        yield from _same(value, resolved)
         return
     yield from copied(value)
     yield from _coarse(value, resolved)
@@ -62,6 +63,9 @@ def grouped(values: Any, cells: Any, *, resolved: float = 0.0) -> Iterator[str]:
     `cells`: group of each reading, shape (n,); `resolved` as of `faults`.
     """
     value = np.asarray(values, dtype=float)
+    if not np.ptp(value):
+        yield from _same(value, resolved)
+        return
     yield from copied(value)
     yield from _coarse(value, resolved)
     of = np.unique(np.asarray(cells), return_inverse=True)[1]
@@ -73,6 +77,12 @@ def grouped(values: Any, cells: Any, *, resolved: float = 0.0) -> Iterator[str]:
             "or a step: the scatter of the groups says too little of it"
         )
         yield said(text, p=shown(p))
+
+
+def _same(value: Floats, resolved: float) -> Iterator[str]:
+    """Say of readings that are all alike that they have no scatter, unless an uncertainty is stated."""
+    if not resolved:
+        yield said("all {count} readings are alike, and no resolution of them is stated", count=len(value))
 
 
 def _coarse(value: Floats, resolved: float) -> Iterator[str]:

@@ -142,12 +142,8 @@ def _suspect(
 ) -> None:
     """Note what forbids that readings are taken as they stand; `u`: their scatter, zero of groups that are alike."""
     faults = tuple(found)
-    if not ensemble.uncertainty.get(member):
-        if not np.ptp(values):
-            text = "all {count} readings are alike, and no resolution of them is stated"
-            faults = (said(text, count=len(values)),)
-        elif not u:
-            faults = (*faults, said("the means of the groups do not scatter, and no resolution is stated"))
+    if not u and np.ptp(values) and not ensemble.uncertainty.get(member):
+        faults = (*faults, said("the means of the groups do not scatter, and no resolution is stated"))
     if faults:
         sentence = said("{name}: {found}.", name=member, found=faults)
         plan.suspect[member] = (Suspect(sentence, ensemble.accepted),)

@@ -9,6 +9,7 @@ from xml.etree.ElementTree import Element, indent, register_namespace, tostring
 from metrology.errors import Fault, MetrologyError
 from metrology.export.markup import DCC, SI, consensus, contact, element, identifications, quantity, software, words
 from metrology.language.attention import attention
+from metrology.language.catalogue import english
 
 if TYPE_CHECKING:
     from metrology.findings import Conformity, Findings, InstrumentState, Result, TestItem
@@ -135,7 +136,7 @@ def _statements(parent: Element, findings: Findings) -> None:
     if campaign.replaces:
         older = campaign.replaces
         texts.append(f"Amended report: it replaces {older.number} of {older.date}: {older.reason}")
-    texts += [f"{kind}: {sentence}" for kind, sentence in attention(findings)]
+    texts += [f"{kind}: {sentence}" for kind, sentence in attention(findings, english(findings))]
     texts += [f"Opinion of {opinion.by}: {opinion.text} (basis: {opinion.basis})" for opinion in campaign.opinions]
     for text in filter(None, texts):
         words(element(parent, "statement"), "declaration", text)

@@ -15,6 +15,7 @@ from metrology import __version__
 from metrology.errors import Fault, MetrologyError
 from metrology.findings import Findings, Result, SampleItem
 from metrology.gum.rounding import significant
+from metrology.language.catalogue import english
 from metrology.language.notices import brief
 from metrology.sample import section
 from metrology.units import parse
@@ -168,7 +169,10 @@ def heading(findings: Findings, what: str) -> list[str]:
     campaign = findings.campaign
     written = [f"{what} of campaign {campaign.id}, by metrology {findings.software.get('metrology', __version__)}; SI"]
     written += [f"Reconstructed: {campaign.reconstructed}"] * bool(campaign.reconstructed)
-    return [" ".join(one.split()) for one in [*written, *(f"{kind}: {sentence}" for kind, sentence in brief(findings))]]
+    return [
+        " ".join(one.split())
+        for one in [*written, *(f"{kind}: {sentence}" for kind, sentence in brief(findings, english(findings)))]
+    ]
 
 
 def sources(line: Line) -> list[str]:

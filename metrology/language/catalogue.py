@@ -204,8 +204,13 @@ def _sentences(value: Any) -> Iterator[Sentence]:
 def languages(findings: Findings) -> tuple[Language, ...]:
     """The languages of a campaign's report, the first one first."""
     campaign = findings.campaign
-    messages = {one.text: one for one in findings.messages}
+    messages = english(findings).messages
     return tuple(Language(code, campaign.decimal_sign == "comma", messages) for code in campaign.languages)
+
+
+def english(findings: Findings) -> Language:
+    """English as of the findings, whether they were evaluated or read from a file."""
+    return Language("en", messages={one.text: one for one in findings.messages})
 
 
 @cache

@@ -131,6 +131,9 @@ ACTS = {
     ("DecayTest", "inertia"): (
         HEAD + DECAY.replace("INERT", "inertia: 1.196(4) kg*m^2"), "1.196(4) kg*m^2", "1.200(4) kg*m^2",
     ),
+    ("DecayTest", "clock_rate"): (
+        HEAD + DECAY.replace("INERT", "mass: 1.2 kg, clock_rate: 0(3000) ppm"), "0(3000) ppm", "3000(3000) ppm",
+    ),
     ("StatedRig", "mass"): (RIG, "2.00(2) kg", "2.02(2) kg"),
     ("ResponseTest", "model"): (STIFFENING, "300.0(2) N/m^3", "300.2(2) N/m^3"),
     ("Campaign", "quantities"): (
