@@ -70,7 +70,8 @@ def _suspect(plan: Plan, campaign: Campaign, name: str, regression: Regression) 
     if not regression.u.any():
         found = (said("the points do not scatter, and no uncertainty of them is stated"),)
     elif stated.correlation is None:
-        data = regression.x, regression.y, regression.residuals
+        origin = stated.origin.si if stated.origin else 0.0
+        data = np.asarray(regression.x) + origin, regression.y, regression.residuals
         design = regression.basis.gradient(np.asarray(regression.x), regression.basis.values)
         found = tuple(points.points(*data, design, _of_points(campaign, name, stated, regression)))
         if regression.p_value is None:

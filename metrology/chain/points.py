@@ -109,6 +109,8 @@ def bent(x: Floats, residuals: Floats, design: Floats, u: Floats) -> float:
     places = np.flatnonzero(np.diff(x) > 0.0) + 1
     places = places[(places >= first) & (places <= n - first)]
     places = places[np.unique(np.linspace(0, len(places) - 1, PLACES).astype(int))] if len(places) else places
+    # Parameters may have any unit.
+    design = design / np.maximum(np.linalg.norm(design, axis=0), np.finfo(float).tiny)
     basis = np.linalg.qr(design)[0]
     found = [_followed(residuals, basis, terms) for terms in (higher[:, :1], higher)]
     # Of a few large errors some place makes another range: they count as three times the usual one.
