@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 from scipy.special import logsumexp
 
 from metrology.diagnostics.likelihood import Noise, common, slow_motion, weighted
-from metrology.diagnostics.sets import NEGLIGIBLE, NONE, Scarce, Set, log_likelihood, log_prior, price, ways
+from metrology.diagnostics.sets import NEGLIGIBLE, NONE, Scarce, Set, log_likelihood, log_prior, price, ways, without
 from metrology.diagnostics.subject import Fit, Marks, Subject
 from metrology.diagnostics.view import View
 from metrology.effect import Size
@@ -43,6 +44,11 @@ class Fits:
 
     subject: Subject
     fits: dict[Set, Fit] = field(default_factory=dict, kw_only=True)
+
+    @cached_property
+    def beside(self) -> Mapping[str, str]:
+        """For every candidate the one without which it is not tried."""
+        return {name: one.cause.beside for name, one in self.subject.candidates.items()}
 
     def evidence(self, here: View) -> dict[Set, float]:
         """Ln evidence of the sets around a fit, set right by the fits without one of its effects where there are any.
@@ -106,9 +112,19 @@ class Fits:
         """
         models = [(name, name, here.fit, 0.0) for name in here.fit.effects]
         models += [(name, other, fit, more) for (name, other), (fit, more) in exchanged.items()]
-        found = ((name, fit, self._over_kind(here, (model, more), fit, size))
-                 for name, other, model, more in models for size, fit in self._of_kinds(model, other))  # fmt: skip
+        found = [(name, fit, self._over_kind(here, (model, more), fit, size))
+                 for name, other, model, more in models for size, fit in self._of_kinds(model, other)]  # fmt: skip
+        found += [one for name, fit, _ in found if name in fit.effects for one in self._fewer(here, name, fit)]
         return [one for one in found if one[2] > LEAST]
+
+    def _fewer(self, here: View, name: str, fit: Fit) -> Iterator[tuple[str, Fit, float]]:
+        """Fits with an effect in another kind, without one of those that may have made up for its first kind."""
+        for other in fit.effects:
+            rest = without(frozenset(fit.effects), other, self.beside)
+            if other != name and name in rest:
+                fewer = self.subject.fit(tuple(one for one in fit.effects if one in rest), [fit.values])
+                if fewer is not None:
+                    yield name, fewer, self.over(here, fewer)
 
     def _of_kinds(self, model: Fit, name: str) -> Iterator[tuple[Size, Fit]]:
         """Fits of a model with one of its effects in another kind, and the size that says which."""

@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 
 from metrology.diagnostics.fits import USUAL, Fits, cost
 from metrology.diagnostics.line import line
@@ -63,11 +62,6 @@ class Search(Fits):
             name for name in self.subject.candidates if name not in fit.effects and self.is_open(fit.effects, name)
         ]
         return view_of(fit, self.subject, self.subject.directions(fit, others), self.fits[NONE], self.rounding(fit))
-
-    @cached_property
-    def beside(self) -> Mapping[str, str]:
-        """For every candidate the one without which it is not tried."""
-        return {name: one.cause.beside for name, one in self.subject.candidates.items()}
 
     def is_open(self, effects: Collection[str], name: str) -> bool:
         """Whether a candidate may be added to these effects."""
@@ -195,11 +189,13 @@ class Search(Fits):
     def _settled(self, here: View) -> View:
         """Return a view with every effect in its best kind: it was chosen beside fewer effects.
 
+        Beside the better kind one may be needless that made up for the former, without which no other kind is better.
         Of fits that have the effect in its former kind none says what it does in this one beside others.
         """
         while self.spent < self.budget:
-            kinds = ((name, fit) for name in here.fit.effects for _, fit in self._of_kinds(here.fit, name))
+            kinds = [(name, fit) for name in here.fit.effects for _, fit in self._of_kinds(here.fit, name)]
             better = [(self.over(here, fit), name, fit) for name, fit in kinds]
+            better += [(more, name, fewer) for name, fit in kinds for _, fewer, more in self._fewer(here, name, fit)]
             over, name, fit = max(better, key=lambda one: one[0], default=(0.0, "", here.fit))
             if over <= 0:
                 break
