@@ -34,7 +34,7 @@ def judged(found, why: str) -> None:
     assert not why or why in " ".join(found.withheld[0].reasons)
 
 
-def sessions() -> tuple[np.ndarray, np.ndarray]:
+def days() -> tuple[np.ndarray, np.ndarray]:
     """Five days of forty points at any x, each day with an offset of its own."""
     x = np.random.default_rng(1).uniform(0.0, 10.0, 200)
     return x, 2 * x + noise(2, 200) + np.repeat(noise(3, 5, 0.05), 40)
@@ -51,7 +51,7 @@ def sessions() -> tuple[np.ndarray, np.ndarray]:
                      id="one point far out"),
         pytest.param([*TEN[:6] / 5, 100.0], [*(TEN[:6] / 2.5 + noise(6, 6)), 200.0], ", u_y: {value: 0.01 V}", "",
                      id="one point far out, whose uncertainty is stated"),
-        pytest.param(*sessions(), "", "or are not independent", id="sessions"),
+        pytest.param(*days(), "", "or are not independent", id="days"),
         pytest.param(MANY, 2 * MANY + 0.02 * (MANY - 5) ** 2 + noise(7, 220), ", u_y: {value: 1 V}",
                      "do not follow the model", id="a bow within what is stated"),
         pytest.param(MANY, 2 * MANY + noise(7, 220), ", u_y: {value: 1 V}", "", id="too large a stated uncertainty"),

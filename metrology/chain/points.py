@@ -43,7 +43,7 @@ def points(x: Any, y: Any, residuals: Any, design: Any, u: Any) -> Iterator[str]
         yield said("a stretch of {count} points is among them more than once", count=length)
         return
     derivatives = np.asarray(design, dtype=float) / u[:, None]
-    # As they were taken, too: a drift or a session does not go by x.
+    # As they were taken, too: a drift, or a day with an offset of its own, does not go by x.
     tried = [ordered(rest, derivatives)]
     order = np.argsort(x, kind="stable")
     levels = np.split(y[order], np.flatnonzero(np.diff(x[order])) + 1)
