@@ -36,11 +36,9 @@ def faults(values: Any, *, resolved: float = 0.0) -> Iterator[str]:
     `resolved`: standard uncertainty that is stated beside their scatter.
     """
     value = np.asarray(values, dtype=float)
+    yield from _each(value, resolved)
     if not np.ptp(value):
-        yield from _same(value, resolved)
         return
-    yield from copied(value)
-    yield from _coarse(value, resolved)
     count, p = apart(value)
     if p < CHANCE:
         text = (
@@ -63,11 +61,9 @@ def grouped(values: Any, cells: Any, *, resolved: float = 0.0) -> Iterator[str]:
     `cells`: group of each reading, shape (n,); `resolved` as of `faults`.
     """
     value = np.asarray(values, dtype=float)
+    yield from _each(value, resolved)
     if not np.ptp(value):
-        yield from _same(value, resolved)
         return
-    yield from copied(value)
-    yield from _coarse(value, resolved)
     of = np.unique(np.asarray(cells), return_inverse=True)[1]
     design = np.equal.outer(of, np.arange(of.max() + 1)).astype(float)
     p = ordered(value - design @ (value @ design / design.sum(axis=0)), design)
@@ -79,9 +75,12 @@ def grouped(values: Any, cells: Any, *, resolved: float = 0.0) -> Iterator[str]:
         yield said(text, p=shown(p))
 
 
-def _same(value: Floats, resolved: float) -> Iterator[str]:
-    """Say of readings that are all alike that they have no scatter, unless an uncertainty is stated."""
-    if not resolved:
+def _each(value: Floats, resolved: float) -> Iterator[str]:
+    """Say of readings, whatever their order, that they stand for others, or that rounding is not in their scatter."""
+    if np.ptp(value):
+        yield from copied(value)
+        yield from _coarse(value, resolved)
+    elif not resolved:
         yield said("all {count} readings are alike, and no resolution of them is stated", count=len(value))
 
 
