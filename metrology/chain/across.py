@@ -14,6 +14,7 @@ from metrology import ties
 from metrology.campaign.copies import of_one_record
 from metrology.chain import items
 from metrology.chain.contradictions import BETWEEN, ELSEWHERE
+from metrology.chain.exact import TENTH
 from metrology.consensus import Consensus, Disagreement, Member
 from metrology.gum import consensus as gum
 from metrology.gum.output import expanded
@@ -30,8 +31,6 @@ if TYPE_CHECKING:
 FAMILIES = {"k": ("k", "k_t", "k_0"), "E": ("E", "E_t", "E_0"), "c": ("c",)}
 """Quantity → results that are it: of each test the first that it gives, so that one record counts once. A relaxation is
 taken at the stated time where there is one."""
-TENTH = 1.1
-"""Ratio of two standard uncertainties that differ in the digits reported (JCGM 100, 7.2.6: two digits of u)."""
 SAME = 1 - 1e-6
 """Correlation from which on a result says nothing that the other one does not."""
 

@@ -23,7 +23,9 @@ if TYPE_CHECKING:
     from metrology.gum.evaluation import Evaluation
     from metrology.gum.inputs import Input
 
-SHARE = sqrt(1.1**2 - 1)
+TENTH = 1.1
+"""Ratio of two standard uncertainties that differ in the digits reported (JCGM 100, 7.2.6: two digits of u)."""
+SHARE = sqrt(TENTH**2 - 1)
 """An uncertainty of this share of u(y), added in quadrature, makes u(y) a tenth larger: the digits that are reported
 show it (JCGM 100, 7.2.6: two digits of u)."""
 

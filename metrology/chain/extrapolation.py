@@ -57,7 +57,7 @@ def extrapolated(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> Iter
     (∂y/∂b)/(∂y/∂a) from the origin: the intercept itself with the origin, a prediction with where it is made.
     """
     lines = {one.name: one for one in plan.fits if one.u and campaign.fits[one.name].model.is_line}
-    for name, estimate in evaluation.estimates.items():
+    for name, estimate in evaluation.estimates.items() if lines else ():
         slopes = {row.input: row.sensitivity for row in estimate.budget}
         for fit, line in lines.items():
             by_intercept, by_slope = (slopes.get(f"{fit}.{key}", 0.0) for key in ("intercept", "slope"))

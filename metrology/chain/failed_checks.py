@@ -49,7 +49,8 @@ def doubts(
         against[plan.identities[name].test] = (*against.get(plan.identities[name].test, ()), doubt)
     found = {test.id: _accepted(campaign, plan, test, against.get(test.id, ())) for test in plan.tests}
     for name, doubt in extrapolated(campaign, plan, evaluation):
-        plan.warnings.extend([doubt.sentence] * plan.identities[name].headline)
+        if plan.identities[name].headline:
+            plan.warnings.append(doubt.sentence)
         of_names[name] = (*of_names.get(name, ()), doubt)
     for names in (_of_readings(plan), _of_fits(campaign, plan), _of_imports(campaign, plan)):
         for name, more in names.items():

@@ -70,8 +70,8 @@ def _suspect(plan: Plan, campaign: Campaign, name: str, regression: Regression) 
     if not regression.u.any():
         found = (said("the points do not scatter, and no uncertainty of them is stated"),)
     elif stated.correlation is None:
-        origin = stated.origin.si if stated.origin else 0.0
-        data = np.asarray(regression.x) + origin, regression.y, regression.residuals
+        x = np.asarray(regression.x) + (stated.origin.si if stated.origin else 0.0)
+        data = x, regression.y, regression.residuals
         design = regression.basis.gradient(np.asarray(regression.x), regression.basis.values)
         found = tuple(points.points(*data, design, _of_points(campaign, name, stated, regression)))
         if regression.p_value is None:
@@ -198,9 +198,8 @@ def _add_results(plan: Plan, campaign: Campaign, name: str, regression: Regressi
         plan.add_measurand(measurand, Identity(point.name, "derived", test=name, display_unit=unit))
         used = given.value if point.x is not None else plan.estimates().get(full, nan)
         sentences = list(beyond(full, np.asarray(regression.x) + origin, units.si_unit(axis_unit(stated.x)), used))
-        if point.readings is not None:
-            wrong = tuple(independence.faults(point.readings))
-            sentences += [said("{name}: {found}.", name=given.name, found=wrong)] if wrong else []
+        wrong = tuple(independence.faults(_new_readings(point))) if point.readings else ()
+        sentences += [said("{name}: {found}.", name=given.name, found=wrong)] if wrong else []
         if point.x is None:
             sentences += _unbounded(campaign, full, regression, given)
         plan.suspect[full] = tuple(Suspect(sentence, stated.accepted) for sentence in sentences)
@@ -212,11 +211,13 @@ def _given(point: Prediction, key: str, description: str) -> Input:
         stated = point.x or point.y
         assert stated is not None
         return stated.input(key, description)
-    unit = units.unit(point.unit)
-    values = [unit.in_si(value) for value in point.readings]
-    source = said("{count} new readings", count=len(values))
-    scatter = (type_a(said("repeatability"), values, source=source),)
-    return Input(key, mean(values), scatter, units.si_unit(point.unit), description, is_stated=True)
+    values = _new_readings(point)
+    scatter = type_a(said("repeatability"), values, source=said("{count} new readings", count=len(values)))
+    return Input(key, mean(values), (scatter,), units.si_unit(point.unit), description, is_stated=True)
+
+
+def _new_readings(point: Prediction) -> list[float]:
+    return [units.unit(point.unit).in_si(value) for value in point.readings or ()]
 
 
 def _value(function: Any, key: str) -> Any:

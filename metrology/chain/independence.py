@@ -65,14 +65,19 @@ def grouped(values: Any, cells: Any, *, resolved: float = 0.0) -> Iterator[str]:
     if not np.ptp(value):
         return
     of = np.unique(np.asarray(cells), return_inverse=True)[1]
-    design = np.equal.outer(of, np.arange(of.max() + 1)).astype(float)
-    p = ordered(value - design @ (value @ design / design.sum(axis=0)), design)
+    p = ordered(about_means(value, of), of[:, None] == np.arange(of.max() + 1))
     if p < CHANCE:
         text = (
             "readings that follow each other differ alike from the means of their groups ({p:figures}), as of a drift "
             "or a step: the scatter of the groups says too little of it"
         )
         yield said(text, p=shown(p))
+
+
+def about_means(values: Floats, of: Any) -> Floats:
+    """Values less the mean of their group; `of`: number of the group of each, shape (n,)."""
+    means = np.bincount(of, values) / np.bincount(of)
+    return np.asarray(values - means[of])
 
 
 def _each(value: Floats, resolved: float) -> Iterator[str]:
@@ -125,7 +130,7 @@ def shown(p: float) -> str:
     return f"p {chance}" if chance.startswith("<") else f"p = {chance}"
 
 
-def ordered(residuals: Floats, design: Floats) -> float:
+def ordered(residuals: Floats, design: Any) -> float:
     """Probability of so small a ratio of von Neumann, Σ(r_i − r_(i−1))²/Σ r², by chance.
 
     Of residuals of a fit to n points with independent normal errors: by draws of these, from which what the fit takes
@@ -139,7 +144,7 @@ def ordered(residuals: Floats, design: Floats) -> float:
     ratio = float(np.square(np.diff(residuals)).sum()) / square
     if n > MOST:
         return float(ndtr((ratio - 2.0) * sqrt(n) / 2.0))
-    basis = np.linalg.qr(design)[0]
+    basis = np.linalg.qr(design.astype(float))[0]
     drawn = np.random.default_rng(0).standard_normal((DRAWS, n))
     drawn -= (drawn @ basis) @ basis.T
     ratios = np.square(np.diff(drawn, axis=1)).sum(axis=1) / np.square(drawn).sum(axis=1)

@@ -116,7 +116,7 @@ def _add_groups(plan: Plan, campaign: Campaign, name: str) -> None:
         if ensemble.nested
         else said("{first} and {second}, crossed", first=ensemble.crossed[0], second=ensemble.crossed[1])
     )
-    cells = [" ".join(names) for names in zip(*groups, strict=True)]
+    cells = ["\0".join(names) for names in zip(*groups, strict=True)]
     wrong = independence.grouped(table.numbers[heading], cells, resolved=stated.u)
     _suspect(plan, ensemble, member, table.numbers[heading], wrong, found.u)
     scatter = Component(label, Normal(found.u), found.dof, "A", source)

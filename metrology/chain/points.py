@@ -10,7 +10,7 @@ from scipy.linalg import qr
 from scipy.special import fdtrc
 from scipy.stats import rankdata
 
-from metrology.chain.independence import BLOCK, alike, ordered, shown, twice
+from metrology.chain.independence import BLOCK, about_means, alike, ordered, shown, twice
 from metrology.message import said
 from metrology.raw import CHANCE, SAME, divisor
 from metrology.timeseries import Floats
@@ -143,8 +143,7 @@ def repeated(x: Floats, residuals: Floats, design: Floats) -> float:
     By the ratio of variances of independent normal errors (F). Source: as of `bent`, 2.1.
     """
     levels, of = np.unique(x, return_inverse=True)
-    count = np.bincount(of)
-    within = float(np.square(residuals - (np.bincount(of, residuals) / count)[of]).sum())
+    within = float(np.square(about_means(residuals, of)).sum())
     lacking, free = len(levels) - int(np.linalg.matrix_rank(design)), len(x) - len(levels)
     if lacking < 1 or free < 1:
         return 1.0
