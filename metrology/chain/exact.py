@@ -14,6 +14,7 @@ from metrology.gum.distributions import Normal
 from metrology.gum.inputs import Component
 from metrology.gum.linear import linearise
 from metrology.gum.rounding import readable
+from metrology.language.display import symbol
 from metrology.message import said
 
 if TYPE_CHECKING:
@@ -124,7 +125,7 @@ def sentences(found: tuple[TakenAsExact, ...], plan: Plan) -> Iterator[str]:
                 "{what} (u = {size:figures} makes u({quantity}) a tenth larger)",
                 what=one.description or one.name,
                 size=readable(one.u, one.unit),
-                quantity=plan.identities[one.result].quantity,
+                quantity=symbol(plan.identities[one.result].quantity),
             )
             for one in alone
         )
@@ -135,7 +136,7 @@ def sentences(found: tuple[TakenAsExact, ...], plan: Plan) -> Iterator[str]:
                 count=len(loads),
                 first=least.description,
                 size=readable(least.u, least.unit),
-                quantity=plan.identities[least.result].quantity,
+                quantity=symbol(plan.identities[least.result].quantity),
             )
             parts = (together, *parts)
         text = "{owner}: no uncertainty is stated of what follows, so it is taken as exact: {parts}."
