@@ -15,7 +15,7 @@ from metrology.diagnostics.own import declared
 from metrology.diagnostics.runs import Response
 from metrology.diagnostics.subject import LOST, Fit
 from metrology.errors import Fault, MetrologyError
-from metrology.estimation import MeasuredRun, Prior, inspection, search, step
+from metrology.estimation import MeasuredRun, Prior, inspection, repeats, search, step
 from metrology.estimation.step import Step
 from metrology.message import counted, said
 from metrology.noise import OUTLYING, outlying
@@ -60,7 +60,7 @@ def response(
         engines.compiled(base)
     unsaturated = [inspection.without_saturation(run)[0] for run in runs]
     stepless, steps = step.without(rig, unsaturated, free, priors)
-    single = [inspection.without_repeats(run) for run in stepless]
+    single = [repeats.without_repeats(run) for run in stepless]
     cleaned = tuple(run for run, _ in single)
     repeated = sum(count for _, count in single)
     subject = Response(
@@ -71,10 +71,10 @@ def response(
     subject, notes = _prepared(subject)
     if repeated:
         text = (
-            "Readings that are equal {times} times in a row or more count once, as rounding does not average out: "
-            "{count} are left out."
+            "Where {times} readings in a row or more lie within one division, their rounding does not average out: "
+            "{count} of them are left out."
         )
-        notes.append(said(text, times=inspection.REPEATED, count=repeated))
+        notes.append(said(text, times=repeats.REPEATED, count=repeated))
     forces = {effect.name: declared(effect) for effect in settings.own if effect.force}
     candidates = _open(subject.candidates, {*rig.effects}, settings.without) | forces
     found = rank(

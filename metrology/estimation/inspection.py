@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 
@@ -18,10 +17,6 @@ from metrology.rig import Rig
 
 FLAT = 5
 """Readings in a row at exactly the largest value that a cell does not give unless it is saturated."""
-REPEATED = 8
-"""Equal readings in a row that count as one. With noise of 0.4 divisions, which leaves no bias of rounding (Widrow &
-Kollár, Quantization Noise, 2008, 4), one in seven stretches at rest is as long; with 0.3, which leaves a fifth of the
-noise, half of them are."""
 CLEAR = 8.0
 """How many standard uncertainties a wrong sign has to stand out."""
 START = (8.0, 0.05)
@@ -236,35 +231,6 @@ def _flat(at_end: Marks) -> Marks:
         if last - first >= FLAT:
             flat[first:last] = True
     return flat
-
-
-def without_repeats(measured: MeasuredRun) -> tuple[MeasuredRun, int]:
-    """Return the run with one reading, the middle one, for each stretch of equal ones, and how many are left out.
-
-    Rounding is the same for all of them: they say once that the motion was within half a division.
-
-    Parameters
-    ----------
-    measured : MeasuredRun
-        A run.
-
-    Returns
-    -------
-    tuple of MeasuredRun and int
-        The same run and 0 where no reading is repeated `REPEATED` times.
-    """
-    use, count = dict(measured.use), 0
-    for channel in measured.channels:
-        used = measured.used(channel).copy()
-        at = np.flatnonzero(used)
-        ends = np.flatnonzero(np.concatenate([[True], np.diff(measured.readings(channel)[at]) != 0, [True]]))
-        for first, last in pairwise(ends):
-            if last - first >= REPEATED:
-                used[at[first:last]] = False
-                used[at[(first + last) // 2]] = True
-        count += len(at) - int(used.sum())
-        use[channel] = used
-    return (replace(measured, use=use), count) if count else (measured, 0)
 
 
 def remarks(measured: MeasuredRun) -> tuple[str, ...]:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from metrology.estimation import MeasuredRun, lay_out
-from metrology.estimation.inspection import REPEATED, without_repeats
+from metrology.estimation.repeats import REPEATED, without_repeats
 from metrology.estimation.response import View, masks
 from metrology.rig import Rig, Run, simulate
 
@@ -65,6 +65,17 @@ def test_law_equal_readings_in_a_row_count_once_where_noise_does_not_carry_them_
     assert (left_out > 300) == few
     moving = 1e-3 * np.round(1e3 * t + noise * rng.standard_normal(len(t)))
     assert without_repeats(MeasuredRun("a", Run(0.1, t_x=t), x=moving, noise={"x": 1e-3}))[1] == 0
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_law_readings_at_rest_keep_their_mean(seed):
+    """Where equal readings counted once, the few others had the weight: 1.2 mN off in steps of 10 mN."""
+    t, rng = np.arange(2000) / 200.0, np.random.default_rng(seed)
+    x = 1e-3 * np.round(0.1 + 0.25 * rng.standard_normal(len(t)))
+    kept, left_out = without_repeats(MeasuredRun("a", Run(0.1, t_x=t), x=x, noise={"x": 4e-4}))
+    counted = kept.used("x")
+    assert left_out > 1000
+    assert abs(x[counted].mean() - x.mean()) < 3 * 4e-4 / np.sqrt(counted.sum())
 
 
 def test_law_of_equal_readings_the_middle_one_stays():
