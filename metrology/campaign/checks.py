@@ -11,6 +11,7 @@ from metrology import units
 from metrology.campaign.correlations import check_correlations
 from metrology.campaign.diagnosis import check_diagnosis
 from metrology.campaign.judgement import RectangularPrior
+from metrology.campaign.temperatures import check_temperatures
 from metrology.declaration.conduct import Test
 from metrology.declaration.document import Place
 from metrology.declaration.entry import Refusal, from_text, unknown
@@ -38,6 +39,7 @@ def check(campaign: Campaign, names: Names) -> list[Refusal]:
     found += _comparisons(campaign, names)
     found += _requirements(campaign, names)
     found += _audit(campaign, names)
+    found += check_temperatures(campaign, names)
     found += check_diagnosis(campaign)
     return found + names.refusals
 

@@ -8,7 +8,7 @@ from typing import Literal
 
 from metrology.errors import Fault, MetrologyError
 from metrology.gum.conformity_probability import probability_of_conformity
-from metrology.gum.guard_bands import Bands, Rule, guard_bands, shows, widest
+from metrology.gum.guard_bands import Bands, Rule, guard_bands, outer_bands, shows, widest
 from metrology.gum.output import Output
 from metrology.gum.printed_probability import probability
 from metrology.gum.risk import Limits, Prior, global_risks
@@ -83,8 +83,8 @@ def decide(output: Output, *, limits: Limits, rule: Rule, prior: Prior | None = 
     _check(output, limits, rule, prior)
     bands = guard_bands(output, limits, rule, prior)
     accepted = Limits(0.0, -1.0) if bands is None else limits.shrunk(*bands)
-    verdict: Verdict = _verdict(output.value, limits, bands, binary=rule.binary)
     inside, outside = probability_of_conformity(output, limits, prior)
+    verdict: Verdict = _verdict(output, limits, bands, rule, conforming=inside)
     consumer, producer = (None, None)
     if prior is not None and not accepted.empty and isfinite(output.u):
         consumer, producer = global_risks(prior, output, limits=limits, acceptance=accepted)
@@ -127,16 +127,18 @@ def _check(output: Output, limits: Limits, rule: Rule, prior: Prior | None) -> N
         raise MetrologyError(*faults)
 
 
-def _verdict(value: float, limits: Limits, bands: Bands | None, *, binary: bool) -> Verdict:
-    inside = limits.holds(value)
+def _verdict(output: Output, limits: Limits, bands: Bands | None, rule: Rule, *, conforming: float) -> Verdict:
+    value = output.value
     if bands is not None and limits.shrunk(*bands).holds(value):
         return "pass"
-    if binary:
+    if rule.binary:
         return "fail"
-    if inside:
+    if limits.holds(value):
         return "conditional pass"
-    outwards = None if bands is None else limits.shrunk(*(-w for w in bands))
-    return "conditional fail" if outwards is not None and outwards.holds(value) else "fail"
+    if rule.kind == "specific risk":
+        return "conditional fail" if conforming > rule.risk else "fail"
+    outwards = outer_bands(output, bands, rule)
+    return "conditional fail" if outwards is not None and limits.shrunk(*outwards).holds(value) else "fail"
 
 
 def _sentence(decision: Decision, output: Output, accepted: Limits, rule: Rule) -> str:
@@ -165,8 +167,8 @@ WORDS = {
     "{risk:figures}.",
     "conditional pass": "The result lies within the limits, but no further inside than the guard band; the probability "
     "that it is not conforming all the same is {risk:figures}.",
-    "conditional fail": "The result lies outside the limits, but no further than the guard band; the probability that "
-    "it is conforming all the same is {risk:figures}.",
+    "conditional fail": "The result lies outside the limits, but not as far as the rule asks of a fail; the probability "
+    "that it is conforming all the same is {risk:figures}.",
     "fail": "The result lies outside the acceptance limits; the probability that it is conforming all the same is "
     "{risk:figures}.",
 }

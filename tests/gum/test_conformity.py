@@ -111,10 +111,25 @@ def test_limit_an_uncertainty_too_large_for_the_limits_passes_nothing_and_says_s
     assert (by_risk.verdict, by_risk.acceptance_upper) == ("conditional pass", None)
     by_factor = judged(0.0, 1.0, limits=narrow, rule=Rule())
     assert by_factor.verdict == "conditional pass"
-    out = judged(1.5, 1.0, limits=narrow, rule=Rule("specific risk", risk=0.05))
-    assert out.verdict == "fail"
+    out = [judged(at, 1.0, limits=narrow, rule=Rule("specific risk", risk=0.05)).verdict for at in (1.5, 2.6, 2.7)]
+    assert out == ["conditional fail", "conditional fail", "fail"]
     for decision in (by_risk, by_factor):
         assert "no result would pass without condition" in decision.sentence
+
+
+@pytest.mark.parametrize("rule", [Rule(), Rule("specific risk", risk=0.025)])
+def test_law_of_a_skewed_result_fails_where_hardly_any_of_it_conforms(rule: Rule) -> None:
+    """A fail of a lower limit rests on the tail above the result: exponential, 13 % of it conformed where it failed."""
+    draws = 7.0 + stats.expon.ppf((np.arange(100_000) + 0.5) / 100_000, scale=3.0)
+    output = Empirical(10.0, 3.0, draws)
+    for shift in np.linspace(-4.0, 12.0, 33):
+        lower = decide(output, limits=Limits(lower=10.0 + shift), rule=rule)
+        upper = decide(output, limits=Limits(upper=10.0 - shift), rule=rule)
+        for decision in (lower, upper):
+            assert decision.verdict not in ("pass", "fail") or decision.specific_risk <= 0.051
+    assert decide(output, limits=Limits(lower=13.2), rule=rule).verdict == "conditional fail"
+    assert decide(output, limits=Limits(lower=19.0), rule=rule).verdict == "fail"
+    assert decide(output, limits=Limits(upper=6.9), rule=rule).verdict == "fail"
 
 
 def test_limit_without_uncertainty_the_value_decides() -> None:

@@ -239,7 +239,7 @@ VERDICTS = {
           " is 0.0013."),
     9.0: ("conditional pass", "The result lies within the limits, but no further inside than the guard band; the"
           " probability that it is not conforming all the same is 0.16."),
-    11.0: ("conditional fail", "The result lies outside the limits, but no further than the guard band; the probability"
+    11.0: ("conditional fail", "The result lies outside the limits, but not as far as the rule asks of a fail; the probability"
            " that it is conforming all the same is 0.16."),
     13.0: ("fail", "The result lies outside the acceptance limits; the probability that it is conforming all the same"
            " is 0.0013."),
