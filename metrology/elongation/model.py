@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from math import inf, sqrt
 from typing import Any
 
@@ -155,10 +156,14 @@ def inputs(test: ElongationTest, means: Means, counts: list[int]) -> tuple[Input
         )
         if test.indicator:
             name = indicator_name(test, load)
-            found[name] = Input(
-                name, 0.0, test.indicator, "m", said("error of the indicator at load {name}", name=load.name)
-            )
+            here = _at_place(test.indicator, test.places.get(load.name, ""))
+            found[name] = Input(name, 0.0, here, "m", said("error of the indicator at load {name}", name=load.name))
     return tuple(found.values())
+
+
+def _at_place(components: tuple[Component, ...], place: str) -> tuple[Component, ...]:
+    """What makes an indication uncertain at one place of the scale: one cause for each, not one for all places."""
+    return tuple(replace(one, cause=f"{one.cause or one.name}, {place}") for one in components) if place else components
 
 
 def _declared(test: ElongationTest) -> tuple[Input, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import isfinite
 from typing import Any
 
@@ -127,6 +127,9 @@ class ElongationTest:
         Correction of the readings by a calibration line or curve.
     significance : float
         Rate at which each check may fail on data with nothing wrong in them.
+    places : mapping of str to str
+        For each load, what stands for the place on the indicator's scale that is read there: the error of indication at
+        one place is the same in every test (JCGM 100 F.1.2.3). Empty where no other test reads the indicator.
 
     Raises
     ------
@@ -146,6 +149,7 @@ class ElongationTest:
     scale: Input | None = None
     correction: Correction | None = None
     significance: float = 0.05
+    places: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         faults = [*self._faults_of_loads(), *self._faults_of_readings()] or list(self._faults_of_counts())

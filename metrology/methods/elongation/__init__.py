@@ -15,6 +15,7 @@ from metrology.gum.inputs import Component, Input
 from metrology.message import said
 from metrology.method import Analysed, Files, Loading, Method, Output, Task, instruments
 from metrology.method.model import HeldParameter
+from metrology.methods.elongation.places import at, places
 from metrology.methods.elongation.schema import ElongationInstruments, ElongationTest, Load
 from metrology.units.dimensions import quoted
 
@@ -170,6 +171,7 @@ def _prepared(task: Task[ElongationTest]) -> elongation.ElongationTest:
         indicator=instruments.of_indication(indicator, "m"),
         scale=instruments.of_all_indications(test.instruments.extension, indicator),
         correction=_correction(model, task.campaign, test.instruments.extension),
+        places=places(task.campaign, name),
     )
 
 
@@ -187,6 +189,9 @@ def _load(test_name: str, name: str, test: ElongationTest, weights: Instrument |
     assert stated is not None
     load = stated.input(f"{test_name}.load {name}", said("load {name}", name=name))
     known = instruments.of_indication(weights, load.unit) if weights else ()
+    # One set of weights is off by the same at the same load in every test.
+    place = at(test.instruments.load or "", weights, f"{load.value:.6g} {load.unit}") if weights else ""
+    known = tuple(replace(one, cause=f"{one.cause or one.name}, {place}") for one in known)
     return replace(load, components=(*load.components, *known))
 
 

@@ -11,7 +11,7 @@ from metrology.check import Check
 from metrology.message import said
 from metrology.relaxation.blocks import Array
 from metrology.relaxation.checks.done import Bends, Done, Seen
-from metrology.relaxation.checks.equilibrium import branches, duration, sweep
+from metrology.relaxation.checks.equilibrium import branches, duration, start, sweep
 from metrology.relaxation.checks.levels import asked, levels, linear
 from metrology.relaxation.checks.ramp import bent, ramp
 from metrology.relaxation.checks.read import equilibrium, stiffness
@@ -30,7 +30,7 @@ def run(test: RelaxationTest, seen: Seen, found: Supported, dma: Sequence[Compar
     whole, done = seen.whole, seen.done
     checks = [records(test, whole), gaps(whole), levels(test, whole), linear(test, whole), ramp(test, seen)]
     checks += [residuals(test, whole), drift(done, found), rest(test, whole), branches(test, found)]
-    checks += [duration(done, found), equilibrium(test, done, found)]
+    checks += [start(done, found), duration(done, found), equilibrium(test, done, found)]
     if test.at is not None:
         checks += [asked(test.at, done), stiffness(test, done)]
     if not test.by_strain:
@@ -65,23 +65,12 @@ def notes(done: Sequence[Done], found: Supported, ends: Array) -> Iterator[str]:
                     fast=fast,
                     slow=slow,
                 )
-    if found.power <= HALF:
-        fastest = min((float(np.exp(one.best.values[-1 - at])) for one in done for at in range(one.best.form.branches)),
-                      default=np.inf)  # fmt: skip
-        longest = max(one.levels.ramp for one in done)
-        if fastest < longest:
-            yield said(
-                "The fastest branch ({fastest:.2g} s) is faster than the ramp ({ramp:.2g} s): the instantaneous "
-                "stiffness is extrapolated to times before its end.",
-                fastest=float(fastest),
-                ramp=float(longest),
-            )
-        if found.power > 1 - SURE:
-            yield said(
-                "A power law, which has no equilibrium, has a probability of {power:.2g}: instantaneous and "
-                "equilibrium stiffness are those of the other forms.",
-                power=float(found.power),
-            )
+    if 1 - SURE < found.power <= HALF:
+        yield said(
+            "A power law, which has no equilibrium, has a probability of {power:.2g}: instantaneous and equilibrium "
+            "stiffness are those of the other forms.",
+            power=float(found.power),
+        )
     zeros = [_zero(one) for one in done if not one.levels.before]
     if zeros:
         yield said(

@@ -1,4 +1,4 @@
-"""Checks of the equilibrium: whether it was read, by enough branches, and agrees with a DMA sweep."""
+"""Checks of what lies beyond the record: the stiffness at once and in equilibrium, and a DMA sweep."""
 
 from __future__ import annotations
 
@@ -8,11 +8,12 @@ import numpy as np
 
 from metrology.check import Check
 from metrology.message import said
-from metrology.relaxation.checks.done import FINAL, Done
+from metrology.relaxation.checks.done import AT_ONCE, FINAL, Done
 from metrology.relaxation.evidence import HALF, Supported
 from metrology.relaxation.finding import Compared
 from metrology.relaxation.test import RelaxationTest
 
+START = "instantaneous stiffness"
 DURATION = "duration"
 BRANCHES = "number of branches"
 DMA = "DMA sweep"
@@ -49,6 +50,25 @@ def branches(test: RelaxationTest, found: Supported) -> Check:
         return Check(BRANCHES, float(form.branches), None, False, sentence)
     sentence = said("The readings support fewer branches than were allowed.")
     return Check(BRANCHES, float(form.branches), None, True, sentence)
+
+
+def start(done: Sequence[Done], found: Supported) -> Check:
+    """Whether the stiffness at once is read or extrapolated: what relaxes faster than the ramp took is not seen."""
+    if found.power > HALF:
+        return Check(START, None, None, None, said("A power law has no instantaneous stiffness: none is given."))
+    times = [float(np.exp(one.best.values[-1 - at])) for one in done for at in range(one.best.form.branches)]
+    ramp = max(one.levels.ramp for one in done)
+    fastest = min(times, default=np.inf)
+    if fastest >= ramp:
+        return Check(START, fastest, None, True, said("No branch is faster than the ramp."))
+    sentence = said(
+        "The fastest branch ({fastest:.2g} s) is faster than the ramp ({ramp:.2g} s): the instantaneous stiffness is "
+        "extrapolated to times before its end, as if nothing faster followed. Load faster, or ask for the stiffness at "
+        "a time ('at').",
+        fastest=fastest,
+        ramp=float(ramp),
+    )
+    return Check(START, fastest, None, False, sentence, concerns=AT_ONCE)
 
 
 def duration(done: Sequence[Done], found: Supported) -> Check:
