@@ -31,7 +31,7 @@ LAYERS = (
     {"decay", "elongation", "relaxation", "rig", "tension"},
     {"effects"},
     {"effect", "raw"},
-    {"audit_trail", "check", "noise", "sample", "slip", "timeseries"},
+    {"audit_trail", "check", "noise", "sample", "slip", "specimens", "timeseries"},
     {"gum"},
     {"expression"},
     {"units"},

@@ -18,7 +18,8 @@ from truth_tension import Machine, noise, pull
 from metrology import chain
 from metrology.campaign.load import load
 from metrology.errors import MetrologyError
-from metrology.tension.lines import end, outlying
+from metrology.specimens import outlying
+from metrology.tension.lines import end
 from metrology.tension.passage import passage
 from metrology.tension.secant import secant, tangent
 from metrology.tension.slope import averaged, ramp, slope

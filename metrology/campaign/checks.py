@@ -99,7 +99,18 @@ def _tests(campaign: Campaign) -> Iterator[Refusal]:
                 yield from unknown(instrument, list(campaign.instruments), "instrument", *place, "instruments", role)
         yield from _dates(campaign, name, test)
         yield from _exclusions(test, place)
+        yield from _accepted(test, place)
         yield from METHODS[test.method].check(campaign, name, test)
+
+
+def _accepted(test: Test, place: Place) -> Iterator[Refusal]:
+    """One person answers for a check: of two the report would name one."""
+    seen: set[str] = set()
+    for index, one in enumerate(test.accepted):
+        if one.check in seen:
+            where = (*place, "accepted", index, "check")
+            yield Refusal(where, f"'{one.check}' a second time", "every check accepted once", "keep one of the two")
+        seen.add(one.check)
 
 
 def _exclusions(test: Test, place: Place) -> Iterator[Refusal]:

@@ -14,8 +14,8 @@ from metrology.timeseries.white_noise import rounding_bias
 
 REPEATED = 8
 """Readings in a row within one division from which on the rounding of all is one. With noise of 0.4 divisions, which
-leaves no bias of rounding (Widrow & Kollár, Quantization Noise, 2008, 4), one in seven stretches at rest is as long; with
-0.3, which leaves a fifth of the noise, half of them are."""
+leaves no bias of rounding (Widrow & Kollár, Quantization Noise, 2008, 4), one in seven stretches at rest is as long;
+with 0.3, which leaves a fifth of the noise, half of them are."""
 
 
 def without_repeats(measured: MeasuredRun) -> tuple[MeasuredRun, int]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass, replace
 from datetime import date
 from itertools import pairwise
@@ -115,6 +116,10 @@ def _why_not_beside(row: Row, there: list[Row]) -> str:
     first = next((one for one in there if replace(one, file=row.file) == row), row)
     if first is not row:
         return f"it stands in {first.file} too"
+    # A check standard is one item: what another one is cannot drift.
+    (sample, _), *_ = Counter(one.sample for one in there).most_common()
+    if row.sample != sample:
+        return f"it is of {row.sample or 'no sample'}, not of {sample or 'no sample'}"
     unit = next(one.unit for one in there)
     return "" if row.unit == unit else f"it is in {row.unit}, not in {unit}"
 

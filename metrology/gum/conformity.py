@@ -137,7 +137,7 @@ def _verdict(output: Output, limits: Limits, bands: Bands | None, rule: Rule, *,
         return "conditional pass"
     if rule.kind == "specific risk":
         return "conditional fail" if conforming > rule.risk else "fail"
-    outwards = outer_bands(output, bands, rule)
+    outwards = outer_bands(bands, rule)
     return "conditional fail" if outwards is not None and limits.shrunk(*outwards).holds(value) else "fail"
 
 
@@ -158,7 +158,7 @@ def _sentence(decision: Decision, output: Output, accepted: Limits, rule: Rule) 
         text = "The uncertainty is too large for these limits: no result would pass without condition."
         sentences.append(said(text))
     if output.u == 0:
-        sentences.append(said("No uncertainty is stated, so the decision takes the value as exact."))
+        sentences.append(said("The result has no uncertainty, so the decision takes the value as exact."))
     return said("{texts:space}", texts=tuple(sentences)) if len(sentences) > 1 else sentences[0]
 
 
@@ -167,8 +167,8 @@ WORDS = {
     "{risk:figures}.",
     "conditional pass": "The result lies within the limits, but no further inside than the guard band; the probability "
     "that it is not conforming all the same is {risk:figures}.",
-    "conditional fail": "The result lies outside the limits, but not as far as the rule asks of a fail; the probability "
-    "that it is conforming all the same is {risk:figures}.",
+    "conditional fail": "The result lies outside the limits, but not as far as the rule asks of a fail; the "
+    "probability that it is conforming all the same is {risk:figures}.",
     "fail": "The result lies outside the acceptance limits; the probability that it is conforming all the same is "
     "{risk:figures}.",
 }

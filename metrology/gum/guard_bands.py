@@ -141,7 +141,7 @@ def guard_bands(output: Output, limits: Limits, rule: Rule, prior: Prior | None)
     return _specific_bands(output, limits, rule.risk, prior)
 
 
-def outer_bands(output: Output, bands: Bands | None, rule: Rule) -> Bands | None:
+def outer_bands(bands: Bands | None, rule: Rule) -> Bands | None:
     """Widths, below zero, of the guard bands outside of the limits; None where there are none inside.
 
     What fails a lower limit is how far the interval reaches above the result, an upper one how far below it.

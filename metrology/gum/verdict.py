@@ -117,7 +117,7 @@ def _judgement(claim: Claim, result: MonteCarlo) -> str:
         text = "The GUM uncertainty framework fails: {failure} The Monte Carlo result stands alone."
         return said(text, failure=claim.failure)
     if result.u == 0:
-        return said("Nothing uncertain enters: u = 0 by the GUM uncertainty framework and by Monte Carlo.")
+        return said("The uncertainty is zero by the GUM uncertainty framework and by Monte Carlo.")
     if claim.u <= (1e-9 * result.u if isfinite(result.u) else 0.0):
         return said(
             "The GUM uncertainty framework is not valid here: every sensitivity is zero at the estimates, so its "

@@ -48,7 +48,7 @@ def presented(
         ),
         moduli=moduli.shown(quantity, curve),
         dma=dma,
-        checks=checks.run(test, seen, found, dma),
+        checks=checks.run(test, seen, found, built, dma),
         equations=(RELAXATION if test.held == "elongation" else CREEP, *_equations(built)),
         at=test.at,
         notes=tuple(checks.notes(specimens, found, np.array(ends))),

@@ -6,11 +6,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from metrology import raw
+from metrology import raw, specimens
 from metrology.check import Check
 from metrology.message import said
 from metrology.tension.departure import FAR, excused_bow, off_line
-from metrology.tension.lines import Lines, outlying
+from metrology.tension.lines import Lines
 from metrology.tension.model import Built
 from metrology.tension.results import Facts
 from metrology.tension.slope import Array, Slope, slope
@@ -18,7 +18,6 @@ from metrology.tension.test import TensionTest
 from metrology.timeseries import Channel
 
 LINEARITY = "linearity"
-OUTLIER = "outlying specimen"
 SETUP = "set-up compliance"
 CHANNELS = "crosshead against extensometer"
 OPPOSITE = "opposite extensometers"
@@ -132,34 +131,18 @@ def linearity(test: TensionTest, drawn: tuple[Lines, ...]) -> Check:
 
 def outlier(test: TensionTest, drawn: tuple[Lines, ...], built: Built) -> Check:
     """Specimens whose modulus, stiffness or set-up compliance does not fit with the others."""
-    named = outliers(test, drawn, built)
-    if len(drawn) < 3:
-        sentence = said("Not made: {count} specimens; it takes three.", count=len(drawn))
-        return Check(OUTLIER, None, None, None, sentence)
-    if not named:
-        return Check(OUTLIER, None, None, True, said("No specimen lies off the others beyond their scatter."))
-    sentence = said(
-        "{found}. Look at its record and its section; leave it out by 'exclusions' where there is a reason.",
-        found=tuple(said("{name}: {fault}", name=name, fault=why) for name, why in named.items()),
-    )
-    return Check(OUTLIER, None, None, False, sentence, effects=OF_A_SPECIMEN)
+    names = [one.mounting.name for one in drawn]
+    return specimens.outlier(names, (built.values, built.within), _compared(built), test.significance, OF_A_SPECIMEN)
 
 
 def outliers(test: TensionTest, drawn: tuple[Lines, ...], built: Built) -> dict[str, str]:
     """Each specimen that does not fit, with what does not."""
-    found: dict[str, str] = {}
-    for quantity in ("E" if built.values and all("E" in one for one in built.values.values()) else "EA", "C"):
-        rows = [one for one in drawn if quantity in built.values.get(one.mounting.name, {})]
-        values = np.array([built.values[one.mounting.name][quantity] for one in rows])
-        u = np.array([built.within[one.mounting.name][quantity] for one in rows])
-        for at, t, p in outlying(values, u, test.significance):
-            name, others = rows[at].mounting.name, float(np.delete(values, at).mean())
-            above = "{quantity} is {off:.2g} % above the others (p = {p:.2g})"
-            text = above if t > 0 else "{quantity} is {off:.2g} % below the others (p = {p:.2g})"
-            off = abs(100 * (float(values[at]) / others - 1))
-            words = said(text, quantity=quantity, off=off, p=float(p))
-            found[name] = said("{texts:comma}", texts=(found[name], words)) if name in found else words
-    return found
+    names = [one.mounting.name for one in drawn]
+    return specimens.off(names, (built.values, built.within), _compared(built), test.significance)
+
+
+def _compared(built: Built) -> tuple[str, str]:
+    return "E" if built.values and all("E" in one for one in built.values.values()) else "EA", "C"
 
 
 def setup(test: TensionTest, facts: Facts) -> Check:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from math import log, nan, sqrt
 
@@ -11,7 +10,7 @@ import numpy as np
 from metrology.errors import Fault, MetrologyError
 from metrology.tension.passage import Passage, passage
 from metrology.tension.secant import Local, secant, tangent
-from metrology.tension.slope import Array, Slope, scatter, slope
+from metrology.tension.slope import Slope, scatter, slope
 from metrology.tension.test import Mounting, TensionTest
 
 BREAK = 0.5
@@ -136,24 +135,3 @@ def end(one: Mounting, fall: float) -> End:
     last = peak + int(broken[0]) - 1
     known = strain[: last + 1][np.isfinite(strain[: last + 1])]
     return End(most, u, reached, True, float(strain[last]), scatter(known))
-
-
-def outlying(values: Array, u: Array, significance: float) -> Iterator[tuple[int, float, float]]:
-    """Number, statistic and p of every value that does not fit with the others.
-
-    t = (x − mean of the others)/√(s²·(1 + 1/(m − 1)) + u²), s the scatter of the others and u of the value itself;
-    Student's with m − 2 degrees of freedom, all values looked at (Grubbs, Technometrics 11 (1969) 1).
-    """
-    from scipy.special import stdtr
-
-    m = len(values)
-    if m < 3:
-        return
-    for at in range(m):
-        others = np.delete(values, at)
-        within = np.delete(u, at)
-        s2 = max(float(others.var(ddof=1)), float(np.mean(within**2)))
-        t = float((values[at] - others.mean()) / max(sqrt(s2 * (1 + 1 / (m - 1)) + u[at] ** 2), 1e-300))
-        p = min(1.0, 2 * m * float(stdtr(m - 2, -abs(t))))
-        if p < significance:
-            yield at, t, p

@@ -44,6 +44,16 @@ def test_twice_what_is_written_is_what_pandas_reads(end, series, tmp_path):
     assert list(read.columns) == list(collect.Row.__dataclass_fields__)
 
 
+def test_law_a_chart_is_of_one_sample(series):
+    """A rod among the wires was a drift of 5000 N/m a year."""
+    rows = collect.collect(series(STEADY)).rows
+    rows = (*rows[:3], replace(rows[3], sample="rod", value=30000.0), *rows[4:])
+    chart = control.chart(rows, K)
+    assert chart.in_control
+    assert len(chart.points) == len(STEADY) - 1
+    assert "it is of rod, not of al-1100" in chart.sentence
+
+
 def test_refusal_another_end_and_a_folder_without_results(series, tmp_path):
     with pytest.raises(MetrologyError, match=r"ends with \.csv or \.parquet"):
         collect.write(collect.collect(series(STEADY[:1])).rows, tmp_path / "all.xlsx")

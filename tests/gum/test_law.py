@@ -155,7 +155,7 @@ def test_limit_of_no_uncertainty_at_all():
     assert (y.coverage.low, y.coverage.high) == (6.0, 6.0)
     assert y.monte_carlo.law_valid
     assert (
-        y.monte_carlo.verdict == "Nothing uncertain enters: u = 0 by the GUM uncertainty framework and by Monte Carlo."
+        y.monte_carlo.verdict == "The uncertainty is zero by the GUM uncertainty framework and by Monte Carlo."
     )
     assert (y.monte_carlo.edges, y.monte_carlo.density) == ((6.0,), ())
 

@@ -239,8 +239,8 @@ VERDICTS = {
           " is 0.0013."),
     9.0: ("conditional pass", "The result lies within the limits, but no further inside than the guard band; the"
           " probability that it is not conforming all the same is 0.16."),
-    11.0: ("conditional fail", "The result lies outside the limits, but not as far as the rule asks of a fail; the probability"
-           " that it is conforming all the same is 0.16."),
+    11.0: ("conditional fail", "The result lies outside the limits, but not as far as the rule asks of a fail; the"
+           " probability that it is conforming all the same is 0.16."),
     13.0: ("fail", "The result lies outside the acceptance limits; the probability that it is conforming all the same"
            " is 0.0013."),
 }  # fmt: skip
@@ -261,7 +261,7 @@ def test_law_exact_values_and_limits_too_narrow_are_told() -> None:
     exact = judged(1.0, 0.0, limits=Limits(upper=2.0), rule=Rule())
     assert exact.sentence == (
         "The result lies within the acceptance limits; the probability that it is not conforming all the same is 0."
-        " No uncertainty is stated, so the decision takes the value as exact."
+        " The result has no uncertainty, so the decision takes the value as exact."
     )
     narrow = judged(0.0, 1.0, limits=Limits(-1.0, 1.5), rule=Rule("specific risk", risk=0.05))
     assert narrow.sentence == (

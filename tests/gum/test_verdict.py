@@ -176,7 +176,7 @@ SENTENCES = {
     "failure": (replace(CLAIM, failure="No derivative.", u=nan), FOUND, False,
         GUF + "fails: No derivative. The Monte Carlo result stands alone."),
     "certain": (replace(CLAIM, u=0.0), replace(FOUND, u=0.0), True,
-        "Nothing uncertain enters: u = 0 by the GUM uncertainty framework and by Monte Carlo."),
+        "The uncertainty is zero by the GUM uncertainty framework and by Monte Carlo."),
     "blind": (replace(CLAIM, u=2e-9), FOUND, True,
         GUF + "is not valid here: every sensitivity is zero at the estimates, so its first order gives"
         " u = 0, while the draws scatter. The Monte Carlo result holds."),

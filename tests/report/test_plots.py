@@ -98,7 +98,7 @@ def test_law_caption_of_a_fit_names_the_band_only_where_there_is_one(deviation: 
 def test_law_value_without_an_uncertainty_says_so(findings: Findings) -> None:
     bare = replace(findings.comparisons[0], value_b=69e9, u_b=0.0, unit="Pa", display_unit="GPa")
     text = html.render(replace(findings, comparisons=(bare,)), {}).text
-    assert re.search(r"69 <span class=\"aside\">\(no uncertainty stated\)</span>", text)
+    assert re.search(r"69 <span class=\"aside\">\(without uncertainty\)</span>", text)
     assert "± 0<" not in text
 
 

@@ -76,6 +76,9 @@ def _add_motions(task: Task[ResponseTest], analysis: ResponseAnalysis) -> None:
     model, name = task.model, task.name
     if analysis.verification is not None:
         _add_verification(task, analysis.verification)
+    elif analysis.identified is not None:
+        text = "No run of {test} was kept out of the fit: its model is not validated (purpose: verification)."
+        model.warnings.append(said(text, test=name))
     if analysis.identified is not None:
         from metrology.response.presentation import residuals
 

@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from metrology import specimens
 from metrology.check import Check
 from metrology.message import said
 from metrology.relaxation.blocks import Array
@@ -20,24 +21,34 @@ from metrology.relaxation.checks.residuals import residuals
 from metrology.relaxation.checks.rest import drift, rest
 from metrology.relaxation.evidence import HALF, SURE, Supported
 from metrology.relaxation.finding import Compared
+from metrology.relaxation.model import Built
 from metrology.relaxation.test import RelaxationTest
 
 __all__ = ["Bends", "Done", "Seen", "bent", "notes", "run"]
 
 
-def run(test: RelaxationTest, seen: Seen, found: Supported, dma: Sequence[Compared]) -> tuple[Check, ...]:
+def run(test: RelaxationTest, seen: Seen, found: Supported, built: Built, dma: Sequence[Compared]) -> tuple[Check, ...]:
     """All checks, in the order in which the report shows them: of the whole records, then of what is evaluated."""
     whole, done = seen.whole, seen.done
+    names = [one.mounting.name for one in done]
     checks = [records(test, whole), gaps(whole), levels(test, whole), linear(test, whole), ramp(test, seen)]
     checks += [residuals(test, whole), drift(done, found), rest(test, whole), branches(test, found)]
     checks += [start(done, found), duration(done, found), equilibrium(test, done, found)]
     if test.at is not None:
         checks += [asked(test.at, done), stiffness(test, done)]
+    checks.append(specimens.outlier(names, (built.values, built.within), _compared(built), test.significance))
     if not test.by_strain:
         checks.append(setup(test))
     if test.dma is not None:
         checks.append(sweep(dma))
     return tuple(checks)
+
+
+def _compared(built: Built) -> list[str]:
+    """The stiffness of every kind that all specimens have; the modulus where their sections are known."""
+    kinds = set.intersection(*(set(one) for one in built.values.values()))
+    moduli = sorted(kind for kind in kinds if kind.startswith("E_"))
+    return moduli or sorted(kind for kind in kinds if kind.startswith("k_"))
 
 
 def notes(done: Sequence[Done], found: Supported, ends: Array) -> Iterator[str]:

@@ -63,7 +63,7 @@ def _words(entry: Comparison) -> str:
     first, second = (
         said("{value:figures} ± {u:figures}", value=one.value, u=one.u)
         if one.u != "0"
-        else said("{value:figures} (no uncertainty stated)", value=one.value)
+        else said("{value:figures} (without uncertainty)", value=one.value)
         for one in (a, b)
     )
     return said(

@@ -1,0 +1,68 @@
+"""What a record of a held elongation does not read: what relaxes during the ramp, and a specimen unlike the others."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from truth_relaxation import Held, record
+
+from metrology import chain
+from metrology.campaign.load import load
+
+HEAD = """\
+format: metrology-campaign/1
+id: held
+title: A line that is held
+diagnosis: {off: true}
+instruments:
+  cell: {kind: load cell, class: "0.5"}
+  machine: {kind: encoder, class: "1"}
+samples:
+  line: {material: polymer, section: {shape: area, area: 1.000(1) mm^2}, length: 100.0(1) mm}
+tests:
+  hold:
+    method: relaxation
+    sample: line
+    instruments: {force: cell, crosshead: machine}
+    setup_compliance: 0(1) nm/N
+    specimens:
+"""
+SHORT = Held(holds=(100.0,), times=(1.0, 10.0), rate=20.0)
+
+
+def evaluated(folder: Path, lines: list[Held], limit: str):
+    text = HEAD
+    for at, line in enumerate(lines):
+        one = record(line, np.random.default_rng(at))
+        rows = zip(one["time"].tolist(), one["force"].tolist(), one["elongation"].tolist(), strict=True)
+        body = "\n".join(",".join(map(repr, row)) for row in rows)
+        (folder / f"s{at}.csv").write_text(f"time / s,force / N,crosshead / m\n{body}\n", encoding="utf-8")
+        text += f"      s{at}: {{readings: s{at}.csv}}\n"
+    text += f"requirements:\n  - {{id: R, quantity: {limit}, decision: {{rule: simple acceptance}}}}\n"
+    path = folder / "campaign.yaml"
+    path.write_text(text, encoding="utf-8")
+    found = chain.evaluate(load(path), coverage=False)
+    return found, {one.name: one.passed for one in found.tests[0].finding.checks}
+
+
+@pytest.mark.parametrize("stiff", [(2.0e4, 2.02e4, 6.0e4), (2.0e4, 2.02e4, 1.97e4)])
+def test_planted_a_specimen_unlike_the_others_bars_the_verdict(stiff, tmp_path):
+    """The mean of 16, 16 and 48 kN/m passed a limit of 25 that two of three specimens miss."""
+    lines = [replace(SHORT, stiff=one) for one in stiff]
+    found, checks = evaluated(tmp_path, lines, "hold.k_inf, limits: {lower: 25 kN/m}")
+    alike = max(stiff) < 3e4
+    assert checks["outlying specimen"] is alike
+    assert (not found.conformity) is not alike
+    if alike:
+        assert "fail" in found.conformity[0].verdict
+
+
+@pytest.mark.parametrize("fastest", [0.1, 2.0])
+def test_planted_a_branch_faster_than_the_ramp_bars_the_stiffness_at_once(fastest, tmp_path):
+    line = replace(SHORT, parts=(0.3, 0.1), times=(fastest, 20.0))
+    found, checks = evaluated(tmp_path, [line], "hold.k_0, limits: {lower: 10 kN/m}")
+    assert checks["instantaneous stiffness"] is (fastest > SHORT.ramp)
+    assert bool(found.conformity) is (fastest > SHORT.ramp)
