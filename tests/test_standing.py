@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -14,11 +15,16 @@ from metrology.campaign.load import load
 from metrology.chain.failed_checks import _doubts, _undetermined
 from metrology.chain.standing import _drawn
 from metrology.checklist.record import of_findings
+from metrology.export.parameters import files
 from metrology.findings import from_json, to_json
 from metrology.gum.distributions import Student
 from metrology.gum.evaluation import Measurand
 from metrology.gum.inputs import Component, Input, Knowledge
 from metrology.gum.law import propagate
+from metrology.gum.rounding import significant
+from metrology.report.lines import main_results
+from metrology.report.ways import ways
+from metrology.summary import print_summary
 
 K = truth.MATERIALS["al-1100"].k
 
@@ -122,6 +128,33 @@ def test_twice_the_diagnosis_says_what_the_results_say(toe):
     found = result(toe)
     assert (shift.after, shift.u_after) == (found.value, found.u)
     assert (shift.before, shift.u_before) == (found.stated.value, found.stated.u)
+
+
+def test_twice_the_value_as_stated_and_the_result_are_not_confounded(toe, tmp_path, capsys):
+    """In the line of page 1, the table of the ways, the parameters that are exported, and the summary."""
+    found = result(toe)
+    as_stated = " ± ".join(significant(found.stated.value, found.stated.u))
+    reported = " ± ".join(significant(found.value, found.u))
+    line = next(one for one in main_results(toe) if one.result is found)
+    assert [plain(one) for one in (f"{line.before.value} ± {line.before.u}", f"{line.value} ± {line.u}")] == [
+        as_stated, reported,
+    ]  # fmt: skip
+    told = {way.counts: [plain(one.cells[0]) for one in ways(toe, "e") if one.counts is way.counts]
+            for way in ways(toe, "e")}  # fmt: skip
+    assert (told[True], as_stated in told[False], reported in told[False]) == ([reported], True, False)
+    entry = next(
+        one for one in json.loads(files(toe)["parameters.json"])["parameters"] if one["parameter"] == found.name
+    )
+    assert (entry["value"], entry["u"]) == (found.value, found.u)
+    assert entry["stated"] == {"value": found.stated.value, "u": found.stated.u}
+    print_summary(toe, tmp_path)
+    said = " ".join(capsys.readouterr().out.split())
+    assert f"k = {as_stated} N/m" in said
+    assert f"k = {reported} N/m" not in said
+
+
+def plain(text: str) -> str:
+    return text.replace("\N{NO-BREAK SPACE}", "").replace("\N{THIN SPACE}", "").replace("\N{NARROW NO-BREAK SPACE}", "")
 
 
 def test_planted_requirement_is_judged_by_the_result_not_by_the_stated_model(toe):
