@@ -158,7 +158,8 @@ class Certificate(Entry):
     conditions: Text = Field("", description="Conditions of the calibration.", examples=["temperature 20.0 °C"])
     cause: Text = Field(
         "",
-        description="Name under `causes`, where certificates or quantities share what they are traced to.",
+        description="Name under `causes`, where certificates or quantities share what they are traced to. The errors "
+        "at two places of a scale remain two.",
         examples=["mass standard"],
     )
 
