@@ -19,7 +19,7 @@ title: A line that is held
 diagnosis: {off: true}
 instruments:
   cell: {kind: load cell, class: "0.5"}
-  machine: {kind: encoder, class: "1"}
+  machine: {kind: encoder, class: "1", resolution: DIVISION}
 samples:
   line: {material: polymer, section: {shape: area, area: 1.000(1) mm^2}, length: 100.0(1) mm}
 tests:
@@ -34,7 +34,7 @@ SHORT = Held(holds=(100.0,), times=(1.0, 10.0), rate=20.0)
 
 
 def evaluated(folder: Path, lines: list[Held], limit: str):
-    text = HEAD
+    text = HEAD.replace("DIVISION", f"{1e3 * (lines[0].input_division or 1e-7):g} mm")
     for at, line in enumerate(lines):
         one = record(line, np.random.default_rng(at))
         rows = zip(one["time"].tolist(), one["force"].tolist(), one["elongation"].tolist(), strict=True)
@@ -66,3 +66,23 @@ def test_planted_a_branch_faster_than_the_ramp_bars_the_stiffness_at_once(fastes
     found, checks = evaluated(tmp_path, [line], "hold.k_0, limits: {lower: 10 kN/m}")
     assert checks["instantaneous stiffness"] is (fastest > SHORT.ramp)
     assert bool(found.conformity) is (fastest > SHORT.ramp)
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        pytest.param(replace(SHORT, holds=(300.0,), times=(10.0, 60.0), rate=0.5, ramp=0.2), id="instant of the step"),
+        pytest.param(replace(SHORT, levels=(1.04e-3,), input_division=1e-4, read_noise=0.005), id="rounding"),
+    ],
+)
+def test_law_what_no_reading_says_of_the_step_is_common_to_the_specimens(line, tmp_path):
+    """Ten specimens on one clock were 5 u off, and passed: each has its step at the same instant."""
+    found = []
+    for count in (1, 4):
+        folder = tmp_path / str(count)
+        folder.mkdir()
+        results = evaluated(folder, [line] * count, "hold.k_0, limits: {lower: 10 kN/m}")[0].results
+        found.append({one.quantity: one for one in results}["k_0"])
+    alone, mean = found
+    assert mean.u > 0.9 * alone.u
+    assert abs(mean.value - line.stiff) < 3 * mean.u

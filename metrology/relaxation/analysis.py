@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -78,9 +78,10 @@ def analyse(
         done, found = _evaluated(test, parts)
     rounding = {one.mounting.name: one.rounding for one in done}
     steps = {one.mounting.name: _step(test, one) for one in done}
+    instants = {one.mounting.name: one.instants for one in done}
     said_of = {one.mounting.name: (one.names, one.said) for one in done}
     at_once = frozenset(one.mounting.name for one in whole if not one.levels.before)
-    built = Builder(test, facts, said_of, at_once).built(namespace, rounding, steps)
+    built = Builder(test, facts, said_of, at_once).built(namespace, rounding, steps, instants)
     finding = presented(test, facts, (Seen(whole, done, bends), found, built), shared)
     return RelaxationAnalysis(
         Contribution(built.inputs, tuple(built.ensembles), {}, built.measurands),
@@ -149,12 +150,12 @@ def _done(test: RelaxationTest, found: Supported, at: int, fitter: Fitter, part:
     whole = len(one.time) == len(test.mountings[at].time)
     unread = imposed.unread(one.time) if before is None else before.unread if whole else before.levels.ramp
     names, known = _said(test, found, at, scene, ramp=whole)
-    known = _at_some_instant(test, names, known, (scene, best), unread)
+    instants = _of_instant(test, names, (scene, best), unread)
     of_branches = _of_branches(found, at, best.form, test.held)
     held = before.levels if before is not None else levels(scene.answer.of, imposed)
     rounding = _rounding(test, one, scene)
     return Done(
-        one, scene, held, best, fitter.noise, names, known, of_branches, imposed.whole, unread, rounding
+        one, scene, held, best, fitter.noise, names, known, of_branches, imposed.whole, unread, rounding, instants
     )  # fmt: skip
 
 
@@ -215,22 +216,21 @@ def _said(test: RelaxationTest, found: Supported, at: int, scene: Scene, *, ramp
     return (*ends, *asked), Said(values, covariance, known.dof)
 
 
-def _at_some_instant(
-    test: RelaxationTest, names: Sequence[str], known: Said, by: tuple[Scene, Fitted], unread: float
-) -> Said:
-    """The same, with what is not known of the instant of a step that lies between two readings.
+def _of_instant(
+    test: RelaxationTest, names: Sequence[str], by: tuple[Scene, Fitted], unread: float
+) -> dict[str, float]:
+    """Half widths of what is not known of the instant of a step that lies between two readings, by number.
 
     The model has the step in the middle. Half the interval earlier, the stiffness at once has fallen that much longer
     when it is first read, and so has the one at a time: a rectangular distribution by the most probable form.
     """
     scene, best = by
-    covariance = known.covariance.copy()
+    found = {}
     for name, time in (("r_0", 0.0), ("r_t", test.at)):
-        if name in names and time is not None:
+        if unread > 0 and name in names and time is not None:
             now, then = scene.at(best.form, best.values, np.array([time, time + unread / 2]))
-            moved = then - now if test.held == "elongation" else 1 / then - 1 / now
-            covariance[(names.index(name),) * 2] += moved**2 / 3
-    return replace(known, covariance=covariance)
+            found[name] = abs(float(then - now if test.held == "elongation" else 1 / then - 1 / now))
+    return found
 
 
 def _rounding(test: RelaxationTest, one: Mounting, scene: Scene) -> float:

@@ -81,16 +81,23 @@ class Builder:
         self.measurands: list[Measurand] = []
         self.ensembles: list[Ensemble] = []
 
-    def built(self, namespace: Mapping[str, float], rounding: Mapping[str, float], steps: Mapping[str, float]) -> Built:
+    def built(
+        self,
+        namespace: Mapping[str, float],
+        rounding: Mapping[str, float],
+        steps: Mapping[str, float],
+        instants: Mapping[str, Mapping[str, float]],
+    ) -> Built:
         """Return everything; `namespace` holds what the model knew before.
 
         `rounding` and `steps` are half widths by specimen: of force by stretch, by the division of what answered; and
-        relative, by that of what was imposed.
+        relative, by that of what was imposed. `instants` those of its numbers by the unread instant of a step. One
+        machine makes the steps of all specimens: what is not read of them is common to those that read alike.
         """
         for known in (self.test.force_scale, self.test.stretch_scale, self.test.gauge, self.test.setup):
             self._know(known)
         for one in self.test.mountings:
-            self._record(one, rounding.get(one.name, 0.0))
+            self._record(one, rounding.get(one.name, 0.0), instants.get(one.name, {}))
             self._step(one, steps.get(one.name, 0.0))
             for name in self.facts.results:
                 self._specimen(one, name)
@@ -105,7 +112,7 @@ class Builder:
         return Built(tuple(self.inputs.values()), tuple(self.measurands), tuple(self.ensembles), values, within)
 
     # ---- one specimen -------------------------------------------------------------------------------------------
-    def _record(self, one: Mounting, rounding: float) -> None:
+    def _record(self, one: Mounting, rounding: float, instants: Mapping[str, float]) -> None:
         """What the record says as inputs with a joint covariance; rounding of readings that hardly scatter."""
         names, known = self.said[one.name]
         of = f"{self.test.name}.{one.name}"
@@ -114,6 +121,10 @@ class Builder:
             source = said("division of the instrument")
             rounded = Component(said("resolution"), Rectangular(rounding), source=source)
             components = (rounded,) if rounding > 0 and name != "fall" else ()
+            if half := instants.get(name):
+                cause = f"{self.test.name}, instant of the step"
+                unread = said("the step lies between two readings")
+                components += (Component(said("instant of the step"), Rectangular(half), source=unread, cause=cause),)
             what = said(DESCRIBED[name], specimen=one.name, at=0.0 if self.test.at is None else float(self.test.at))
             self._know(Input(f"{of}.{name}", value, components, "1" if name == "fall" else unit, what))
         source = said("all forms by their evidence, noise with its memory")
@@ -129,7 +140,8 @@ class Builder:
         """Division of what was imposed: one step, and one error, for all numbers of a record."""
         if relative > 0:
             source = said("division of the instrument, over the step")
-            rounded = Component(said("resolution"), Rectangular(relative), source=source)
+            cause = f"{self.test.name}, rounding of a step, {relative:.6g}"
+            rounded = Component(said("resolution"), Rectangular(relative), source=source, cause=cause)
             name = f"{self.test.name}.{one.name}.step"
             what = said("relative correction of the step, {specimen}", specimen=one.name)
             self._know(Input(name, 0.0, (rounded,), "1", what))

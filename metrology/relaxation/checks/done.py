@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,7 +32,7 @@ class Done:
     probable one say of them: ln τ of each, its part of r₀, and of what faster ones leave of the stiffness. `whole` is
     whether the course of its input was taken with all of its corners, `unread` the time / s within which a step lies
     between two readings, or on a ramp that is left out, `rounding` half a division of what answered as force by
-    stretch.
+    stretch, `instants` half widths of what the unread instant of a step leaves of the numbers.
     """
 
     mounting: Mounting
@@ -46,6 +46,7 @@ class Done:
     whole: bool
     unread: float
     rounding: float
+    instants: Mapping[str, float]
 
     @property
     def times(self) -> Array:
