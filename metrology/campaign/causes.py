@@ -38,7 +38,7 @@ def enter_causes(document: Document) -> list[Refusal]:
             refusals.append(Refusal((*place, "cause"), f"'{cause}'", "a name under 'causes'", known))
             continue
         unused.pop(cause, None)
-        if isinstance(causes[cause], dict):
+        if isinstance(causes[cause], dict) and place[-1] != "certificate":  # which states its own
             _take(component, causes[cause])
         shape = _shape(component)
         if shapes.setdefault(cause, shape) != shape:

@@ -29,6 +29,7 @@ from metrology.chain.failed_checks import doubts
 from metrology.chain.plan import Plan
 from metrology.chain.standing import Standing, shifted, standing
 from metrology.chain.warnings import empty, of_results, undetermined, without_value
+from metrology.errors import MetrologyError
 from metrology.findings import SCHEMA, Correlation, Findings, Moments, Notice, Result
 from metrology.language.catalogue import stored
 from metrology.language.notices import WARNS, brief
@@ -94,15 +95,20 @@ def traced(
     progress("tests")
     plan = build(campaign, progress=progress, once=once)
     progress("uncertainties")
-    evaluation = gum.evaluate(
-        plan.measurands,
-        plan.knowledge,
-        probability=campaign.coverage_probability,
-        seed=campaign.seed,
-        digits=campaign.monte_carlo.digits,
-        max_trials=campaign.monte_carlo.max_trials,
-        risk=conformity.least_risk(campaign),
-    )
+    try:
+        evaluation = gum.evaluate(
+            plan.measurands,
+            plan.knowledge,
+            probability=campaign.coverage_probability,
+            seed=campaign.seed,
+            digits=campaign.monte_carlo.digits,
+            max_trials=campaign.monte_carlo.max_trials,
+            risk=conformity.least_risk(campaign),
+        )
+    except MetrologyError as error:
+        # Correlations that the distributions of the campaign file cannot have.
+        here = {"correlations": campaign.at("correlations")}
+        raise MetrologyError(*(replace(one, where=here.get(one.where, one.where)) for one in error.faults)) from None
     progress("verdicts")
     return _findings(campaign, plan, evaluation, coverage=coverage), plan.traces
 

@@ -211,10 +211,14 @@ def _of_prior(requirement: Requirement, estimate: Estimate, *, always: bool = Fa
             "{requirement}: {name} contradicts the prior, {prior}: the probability of a result so far out is "
             "{p:figures}. Probabilities that follow from both do not hold."
         )
-        shown = probability(p)
-        yield Doubt(
-            "prior", said(text, requirement=requirement.id, name=requirement.quantity, prior=prior.name, p=shown)
-        )
+        known = {"name": requirement.quantity, "prior": _words(requirement), "p": probability(p)}
+        yield Doubt("prior", said(text, requirement=requirement.id, **known))
+
+
+def _words(requirement: Requirement) -> str:
+    """The prior as it is stated, each number with its unit."""
+    name, *numbers = dict(requirement.prior or ()).values()
+    return f"{name} ({', '.join(str(getattr(one, 'value', one)) for one in numbers)})"
 
 
 def surprise(output: Output, prior: Prior) -> float:

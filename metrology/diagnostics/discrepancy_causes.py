@@ -13,6 +13,8 @@ from metrology.diagnostics.elongation import Elongation
 from metrology.elongation import ElongationTest
 from metrology.message import said
 
+NOTHING = said("no uncertainty of it is stated")
+
 
 def every_cause(test: ElongationTest, setting: Setting, rho: float, u: float) -> list[Explanation]:
     """Every cause that could make the found value ρ times the reference, with u(ρ) of the stiffness alone."""
@@ -214,7 +216,7 @@ def _force(test: ElongationTest, rho: float, u: float) -> Explanation:
     sentence = "Loads that are {percent:+.1f} % from the stated ones would explain it."
     return Explanation(
         "force", said("Loads"), 1 / rho - 1, u / rho**2, "1", judged(tension), tension,
-        (said("masses and gravity are stated to {percent:.2g} %", percent=100 * stated),),
+        (said("masses and gravity are stated to {percent:.2g} %", percent=100 * stated) if stated > 0 else NOTHING,),
         said("weigh the loads again on another balance"), said("any balance of 1 % shows it"),
         said(sentence, percent=100 * (1 / rho - 1)),
     )  # fmt: skip
@@ -226,11 +228,12 @@ def _indicator(test: ElongationTest, rho: float, u: float) -> Explanation:
     scale = test.scale.u if test.scale is not None else 0.0
     stated = math.hypot(scale, errors / span) if span > 0 else 0.0
     tension = abs(1 - rho) / stated if stated > 0 else None
-    evidence = "over its {span:.3g} mm of travel the indicator is stated to {percent:.2g} %"
+    text = "over its {span:.3g} mm of travel the indicator is stated to {percent:.2g} %"
+    evidence = said(text, span=1e3 * span, percent=100 * stated) if stated > 0 else NOTHING
     sentence = "An indicator that shows {percent:+.1f} % of its travel too much would explain it."
     return Explanation(
         "indicator", said("Scale of the indicator"), 1 / rho - 1, u / rho**2, "1", judged(tension), tension,
-        (said(evidence, span=1e3 * span, percent=100 * stated),), said("gauge blocks over the same travel"),
+        (evidence,), said("gauge blocks over the same travel"),
         said("a gauge block shows {size:.0f} µm at once", size=1e6 * abs(1 - rho) * span),
         said(sentence, percent=100 * (1 / rho - 1)),
     )  # fmt: skip

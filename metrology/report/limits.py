@@ -51,10 +51,10 @@ def _accepted(entry: Conformity, limit: float | None, stated: str) -> str:
 
 def acceptance(entry: Conformity, language: Language = ENGLISH) -> str:
     """Acceptance limits of a requirement, to the digits of their guard band; a dash where there are none."""
-    ends = [
-        _accepted(entry, limit, text)
-        for limit, text in zip((entry.acceptance_lower, entry.acceptance_upper), stated_limits(entry), strict=True)
-    ]
+    limits = (entry.acceptance_lower, entry.acceptance_upper)
+    if None not in limits and limits != tuple(sorted(limits)):  # type: ignore[type-var]
+        return "–"
+    ends = [_accepted(entry, limit, text) for limit, text in zip(limits, stated_limits(entry), strict=True)]
     low, high = map(language.figures, ends)
     if "–" in ends:
         return high if low == "–" else low

@@ -77,6 +77,7 @@ _ALONE: dict[str, Row] = {
     "lbf": _row(_FORCE, _POUND * _FREE_FALL, N=1),
     "kip": _row(_FORCE, 1000 * _POUND * _FREE_FALL, N=1),
     "kgf": _row(_FORCE, _FREE_FALL, N=1),
+    "gf": _row(_FORCE, _FREE_FALL / 1000, N=1),
     "dyn": _row(_FORCE, "1e-5", N=1),
     "gn": _row(_of(m=1, s=-2), _FREE_FALL, m=1, s=-2),
     "psi": _row(_PRESSURE, _PSI, Pa=1),
