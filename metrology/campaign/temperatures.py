@@ -42,6 +42,7 @@ def check_temperatures(campaign: Campaign, names: Names) -> Iterator[Refusal]:
     for index, one in enumerate(campaign.derived):
         if stated.get(one.name) == one.unit and _has_zero(one.unit):
             yield from _derived(one, names.meanings["derived", index], stated, ("derived", index, "unit"))
+    place: Place
     for index, requirement in enumerate(campaign.requirements):
         for key in ("lower", "upper"):
             place = ("requirements", index, "limits", key)

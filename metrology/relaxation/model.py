@@ -120,7 +120,7 @@ class Builder:
         for name, value in zip(names, known.values.tolist(), strict=True):
             source = said("division of the instrument")
             rounded = Component(said("resolution"), Rectangular(rounding), source=source)
-            components = (rounded,) if rounding > 0 and name != "fall" else ()
+            components: tuple[Component, ...] = (rounded,) if rounding > 0 and name != "fall" else ()
             if half := instants.get(name):
                 cause = f"{self.test.name}, instant of the step"
                 unread = said("the step lies between two readings")
