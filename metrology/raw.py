@@ -165,8 +165,8 @@ def stretches(alike: Marks) -> tuple[Places, Places]:
 def _stopped(channel: Channel) -> int:
     """Length of the longest stretch of equal readings after which the next one jumps; 0 without any.
 
-    At the lowest level of all, or at one where the readings rest more than once, it may be a line that is slack, within
-    the noise that it has there; a next one that jumps alone is a spike. Over a gap in the stamps the motion goes on, so
+    At the lowest level of all, or at one where the readings rest more than once or have rested before, it may be a line
+    that is slack, within the noise that it has there; a next one that jumps alone is a spike. Over a gap in the stamps the motion goes on, so
     that a step counts by its time.
     """
     value, apart = channel.value, np.diff(channel.time)
@@ -178,7 +178,10 @@ def _stopped(channel: Channel) -> int:
     near = max(JUMP * 1.4826 * float(np.median(abs(against_neighbours(channel)))), _digit(value)) if len(first) else 0.0
     level = np.sort(value[first])
     times = np.searchsorted(level, value[first] + near, "right") - np.searchsorted(level, value[first] - near)
-    once = (times == 1) & (value[first] > value.min() + near) & (last < len(steps))
+    before = value[np.maximum(first[:, None] - np.arange(1, 2 * STOPPED + 1), 0)]
+    # A single one of them may lie farther off.
+    rested = (np.sort(abs(before - value[first, None]))[:, -2] <= near) & (first >= 2 * STOPPED)
+    once = (times == 1) & ~rested & (value[first] > value.min() + near) & (last < len(steps))
     jumps = once & (abs(steps[np.minimum(last, len(steps) - 1)]) > JUMP * usual)
     next_, later = (value[np.minimum(last + more, len(value) - 1)] - value[first] for more in (1, 2))
     jumps &= abs(later) > 0.5 * abs(next_)
