@@ -154,9 +154,7 @@ def test_limit_of_no_uncertainty_at_all():
     assert (y.value, y.u, y.monte_carlo.u, y.budget) == (6.0, 0.0, 0.0, ())
     assert (y.coverage.low, y.coverage.high) == (6.0, 6.0)
     assert y.monte_carlo.law_valid
-    assert (
-        y.monte_carlo.verdict == "The uncertainty is zero by the GUM uncertainty framework and by Monte Carlo."
-    )
+    assert y.monte_carlo.verdict == "The uncertainty is zero by the GUM uncertainty framework and by Monte Carlo."
     assert (y.monte_carlo.edges, y.monte_carlo.density) == ((6.0,), ())
 
 
