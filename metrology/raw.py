@@ -166,8 +166,8 @@ def _stopped(channel: Channel) -> int:
     """Length of the longest stretch of equal readings after which the next one jumps; 0 without any.
 
     At the lowest level of all, or at one where the readings rest more than once or have rested before, it may be a line
-    that is slack, within the noise that it has there; a next one that jumps alone is a spike. Over a gap in the stamps the motion goes on, so
-    that a step counts by its time.
+    that is slack, within the noise that it has there; a next one that jumps alone is a spike. Over a gap in the stamps
+    the motion goes on, so that a step counts by its time.
     """
     value, apart = channel.value, np.diff(channel.time)
     steps = np.diff(value) / np.maximum(apart / np.median(apart), 1.0)

@@ -756,10 +756,11 @@ def held_at(one: dict[str, np.ndarray], at: float, **more):
 
 
 def said_u(analysis, name: str) -> float:
-    """Standard uncertainty of what a record says."""
+    """Standard uncertainty of what a record says, and does not say of its step."""
     (ensemble,) = analysis.contribution.ensembles
     place = ensemble.members.index(f"t.a.{name}")
-    return float(np.sqrt(ensemble.covariance[place, place]))
+    (known,) = (one for one in analysis.contribution.inputs if one.name == f"t.a.{name}")
+    return float(np.sqrt(ensemble.covariance[place, place] + sum(part.u**2 for part in known.components)))
 
 
 def check_of(analysis, name: str):
