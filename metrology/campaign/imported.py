@@ -181,15 +181,24 @@ def _another_cause(data: dict[str, Any], found: Iterable[Part], report: str) -> 
         own = causes.get(part.cause) if isinstance(causes, dict) else None
         if not isinstance(own, dict) or not own.keys() & {*AMOUNTS, "distribution", "dof"}:
             continue
-        here = (str(own.get("distribution", "normal")), str(own.get("dof", "infinite")))
-        # Student's is the normal one of few degrees of freedom.
-        shape = "normal" if part.distribution == "student" else part.distribution
-        there = (shape, "infinite" if part.dof is None else f"{part.dof:g}")
+        here, there = (
+            # Student's is the normal one of few degrees of freedom.
+            ("normal" if shape == "student" else str(shape), "infinite" if dof is None else _figure(dof))
+            for shape, dof in ((own.get("distribution", "normal"), own.get("dof")), (part.distribution, part.dof))
+        )
         if here != there:
             got = f"cause '{part.cause}', {there[0]} with {there[1]} degrees of freedom in {report}"
             expected = f"the same cause, which is {here[0]} with {here[1]} degrees of freedom here"
             return got, expected, "give one of the two another name, if they are two unknowns"
     return None
+
+
+def _figure(stated: Any) -> str:
+    """A number as one text, however it is written; what is none is refused elsewhere."""
+    try:
+        return f"{float(stated):g}"
+    except (TypeError, ValueError):
+        return str(stated)
 
 
 def _declared(data: dict[str, Any]) -> set[str]:

@@ -164,7 +164,7 @@ def _findings(campaign: Campaign, plan: Plan, evaluation: Evaluation, *, coverag
     against = doubts(campaign, plan, stands, evaluation, compared)
     results = tuple(replace(one, doubts=_barring(against.get(one.name, ()))) for one in results)
     verdicts, withheld = conformity.conformity(campaign, evaluation, plan.failures, against)
-    plan.warnings += [said for one in verdicts for said in one.accepted]
+    plan.warnings += [sentence for one in verdicts for sentence in one.accepted]
     judged = {verdict.requirement for verdict in verdicts}
     exact = taken_as_exact(plan, evaluation)
     agreed, parted = across.consensus(campaign, plan, evaluation, against)

@@ -25,6 +25,10 @@ NO_LEGS = np.empty((0, layout.LEG))
 MANY = 32
 """Motions in one call from which on loading the compiled kernel pays, where NumPy would do."""
 
+FASTEST = 1e20
+"""Rate of a line, c/m or √(k/m), from which on it is not followed / (1/s): the steps that a motion may take last for
+minutes there, and a fit that is lost goes there (a mass in grams for kilograms: c = 10²⁴ N·s/m)."""
+
 
 @dataclass(frozen=True)
 class Motions:
@@ -224,6 +228,15 @@ def march_rows(
     march: March, packed: Packed, vectors: Array, base: bool, legs: Array = NO_LEGS
 ) -> tuple[Any, Array, Array, NDArray[np.int64]]:
     """Motions of these rows of parameters: channels, outcomes, and the last one's events and, in `legs`, its legs."""
+    if (fast := _too_fast(vectors)).any():
+        vectors = vectors.copy()
+        for name in ("k", "c"):
+            vectors[fast, INDEX[name]] = 1.0
+        found = march_rows(march, packed, vectors, base, legs)
+        found[1][fast] = layout.TOO_MANY_STEPS, 0, packed.start[2], 0
+        for channel in found[0]:
+            channel[fast] = np.nan
+        return found
     # One block for all channels: memory of that size is handed back and forth without being cleared page by page.
     rows, (x, v, T) = len(vectors), packed.grids
     if x is v is T:
@@ -245,6 +258,12 @@ def march_rows(
         times, codes, states, legs,
     )  # fmt: skip
     return outs, states, times, codes
+
+
+def _too_fast(vectors: Array) -> NDArray[np.bool_]:
+    """Rows whose line is faster than `FASTEST`."""
+    mass = vectors[:, INDEX["m"]] * vectors[:, INDEX["mass.factor"]]
+    return np.asarray((vectors[:, INDEX["c"]] > FASTEST * mass) | (vectors[:, INDEX["k"]] > FASTEST**2 * mass))
 
 
 _kept = threading.local()
