@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from metrology.declaration.component import AMOUNTS, BOUNDED
@@ -10,6 +10,7 @@ from metrology.declaration.document import Place
 from metrology.declaration.entry import Refusal, mean
 
 if TYPE_CHECKING:
+    from metrology.campaign.independent_parts import Part
     from metrology.declaration.document import Document
 
 _OF_A_SIZE = ("k", "p", "beta", "limit_half_width", "parameters")
@@ -49,6 +50,32 @@ def enter_causes(document: Document) -> list[Refusal]:
         got = f"'{cause}', which no component names"
         refusals.append(Refusal(("causes", cause), got, "a cause that components name", fix))
     return refusals
+
+
+def another_cause(causes: Any, found: Iterable[Part], report: str) -> tuple[str, str, str] | None:
+    """What is wrong where a cause of this campaign bears the name of an imported one, and is distributed otherwise."""
+    for part in found:
+        own = causes.get(part.cause) if isinstance(causes, dict) else None
+        if not isinstance(own, dict) or not own.keys() & {*AMOUNTS, "distribution", "dof"}:
+            continue
+        here, there = (
+            # Student's is the normal one of few degrees of freedom.
+            ("normal" if shape == "student" else str(shape), "infinite" if dof is None else _figure(dof))
+            for shape, dof in ((own.get("distribution", "normal"), own.get("dof")), (part.distribution, part.dof))
+        )
+        if here != there:
+            got = f"cause '{part.cause}', {there[0]} with {there[1]} degrees of freedom in {report}"
+            expected = f"the same cause, which is {here[0]} with {here[1]} degrees of freedom here"
+            return got, expected, "give one of the two another name, if they are two unknowns"
+    return None
+
+
+def _figure(stated: Any) -> str:
+    """A number as one text, however it is written; what is none is refused elsewhere."""
+    try:
+        return f"{float(stated):g}"
+    except (TypeError, ValueError):
+        return str(stated)
 
 
 def _take(component: dict[str, Any], cause: dict[str, Any]) -> None:

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from math import inf, sqrt
 from typing import TYPE_CHECKING, Any
 
 from metrology.campaign import independent_parts, results_file
+from metrology.campaign.causes import another_cause
 from metrology.campaign.independent_parts import Part
 from metrology.campaign.results_file import KEYS, Related, Result, Results, WrongError
 from metrology.declaration.columns import SourceFile
-from metrology.declaration.component import AMOUNTS
 from metrology.declaration.document import Place
 from metrology.errors import Fault
 from metrology.gum.inputs import NAMELESS
@@ -132,7 +132,7 @@ def enter_results(document: Document) -> tuple[tuple[SourceFile, ...], tuple[Imp
             about += RECONSTRUCTED
         about = f"{about}; SHA-256 {source.sha256[:12]}…"
         found = once.setdefault(about, independent_parts.parts(result))
-        if other := _another_cause(data, found, report):
+        if other := another_cause(data.get("causes"), found, report):
             where = (*place, "result")
             document.faults.append((document.order(where), Fault(document.at(*where), *other)))
             document.spoiled.add(place)
@@ -172,33 +172,6 @@ def _entries(data: Any, place: Place) -> Iterator[tuple[Place, dict[str, Any]]]:
     elif isinstance(data, list):
         for index, value in enumerate(data):
             yield from _entries(value, (*place, index))
-
-
-def _another_cause(data: dict[str, Any], found: Iterable[Part], report: str) -> tuple[str, str, str] | None:
-    """What is wrong where a cause of this campaign bears the name of one there, and is distributed otherwise."""
-    causes = data.get("causes")
-    for part in found:
-        own = causes.get(part.cause) if isinstance(causes, dict) else None
-        if not isinstance(own, dict) or not own.keys() & {*AMOUNTS, "distribution", "dof"}:
-            continue
-        here, there = (
-            # Student's is the normal one of few degrees of freedom.
-            ("normal" if shape == "student" else str(shape), "infinite" if dof is None else _figure(dof))
-            for shape, dof in ((own.get("distribution", "normal"), own.get("dof")), (part.distribution, part.dof))
-        )
-        if here != there:
-            got = f"cause '{part.cause}', {there[0]} with {there[1]} degrees of freedom in {report}"
-            expected = f"the same cause, which is {here[0]} with {here[1]} degrees of freedom here"
-            return got, expected, "give one of the two another name, if they are two unknowns"
-    return None
-
-
-def _figure(stated: Any) -> str:
-    """A number as one text, however it is written; what is none is refused elsewhere."""
-    try:
-        return f"{float(stated):g}"
-    except (TypeError, ValueError):
-        return str(stated)
 
 
 def _declared(data: dict[str, Any]) -> set[str]:
