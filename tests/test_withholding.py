@@ -346,7 +346,7 @@ requirements:
     far = evaluated(tmp_path, text.replace("{PRIOR}", "{distribution: rectangular, low: 11.5 N, high: 12 N}"))
     assert judged(far) == {"R1": "pass"}
     assert "p contradicts the prior" in why(far, "R2")
-    assert "R1: p contradicts the prior, rectangular (11.5, 12)" in told(far)
+    assert "R1: p contradicts the prior, rectangular (11.5 N, 12 N)" in told(far)
     near = evaluated(tmp_path, text.replace("{PRIOR}", "{distribution: rectangular, low: 9.8 N, high: 10.5 N}"))
     assert set(judged(near)) == {"R1", "R2"}
     assert "prior" not in told(near)

@@ -47,8 +47,13 @@ def idle(campaign: Campaign) -> Iterator[tuple[Place, str]]:
 
 
 def alone(campaign: Campaign) -> Iterator[tuple[Place, str]]:
-    """Place of every cause of uncertainty that one component alone names, and a sentence on it."""
+    """Place of every cause of uncertainty that one component alone names, and a sentence on it.
+
+    A component of an instrument acts on all its readings.
+    """
     counts = Counter(_causes(campaign))
+    for instrument in campaign.instruments.values():
+        counts.update(_causes(instrument.uncertainty))
     for name in campaign.causes:
         if counts[name] == 1 and not name.startswith(NAMELESS):
             text = "one component alone names this cause, so it correlates nothing. Name it in all that it acts on."

@@ -162,8 +162,8 @@ def inputs(test: ElongationTest, means: Means, counts: list[int]) -> tuple[Input
 
 
 def _at_place(components: tuple[Component, ...], place: str) -> tuple[Component, ...]:
-    """What makes an indication uncertain at one place of the scale: one cause for each, not one for all places."""
-    return tuple(replace(one, cause=f"{one.cause or one.name}, {place}") for one in components) if place else components
+    """What makes an indication uncertain at one place of the scale: without a cause of its own, another elsewhere."""
+    return tuple(replace(one, cause=one.cause or (place and f"{one.name}, {place}")) for one in components)
 
 
 def _declared(test: ElongationTest) -> tuple[Input, ...]:

@@ -16,6 +16,12 @@ REPEATED = 8
 """Readings in a row within one division from which on the rounding of all is one. With noise of 0.4 divisions, which
 leaves no bias of rounding (Widrow & Kollár, Quantization Noise, 2008, 4), one in seven stretches at rest is as long;
 with 0.3, which leaves a fifth of the noise, half of them are."""
+EVEN = 0.5
+"""Noise in divisions, rounding included, from which on the mean of readings at rest is off by less than a hundredth of
+a division (Widrow & Kollár, 5.4)."""
+MOVED = 0.25
+"""Part of a division by which two halves of a stretch differ that is no rest: one that passes a division evenly differs
+by a whole one."""
 
 
 def without_repeats(measured: MeasuredRun) -> tuple[MeasuredRun, int]:
@@ -40,8 +46,7 @@ def without_repeats(measured: MeasuredRun) -> tuple[MeasuredRun, int]:
         used = measured.used(channel).copy()
         at, readings = np.flatnonzero(used), measured.readings(channel)
         step, noise = resolution(readings), measured.noise[channel]
-        seen = estimate(readings)
-        bias = rounding_bias(min(noise, seen.u) if seen else noise, step) if step > 0 else math.inf
+        bias = rounding_bias(_noise(readings, noise, step), step) if step > 0 else math.inf
         for first, last in _at_rest(readings[at], step):
             number = last - first
             kept = max(math.ceil(number / (1 + number * (bias / noise) ** 2)), 1)
@@ -52,12 +57,32 @@ def without_repeats(measured: MeasuredRun) -> tuple[MeasuredRun, int]:
     return (replace(measured, use=use), count) if count else (measured, 0)
 
 
+def _noise(readings: Array, stated: float, step: float) -> float:
+    """Noise that evens rounding out: where it is said to do so, no more than the readings show."""
+    seen = estimate(readings) if stated > EVEN * step else None
+    return stated if seen is None else min(stated, seen.u)
+
+
 def _at_rest(readings: Array, step: float) -> list[tuple[int, int]]:
-    """Begin and end of each stretch of `REPEATED` readings or more that are within one division of one another."""
+    """Begin and end of each stretch of `REPEATED` readings or more that are within one division of one another.
+
+    Where the second half of it lies off the first the motion passes a division, whose rounding is another at each
+    reading: there, each stretch of equal ones.
+    """
+    found = []
+    for first, last in _stretches(readings, 1.01 * step):
+        middle = (first + last) // 2
+        moved = abs(float(readings[middle:last].mean() - readings[first:middle].mean()))
+        alike = [(0, last - first)] if moved <= MOVED * step else _stretches(readings[first:last], 0.0)
+        found += [(first + a, first + b) for a, b in alike]
+    return found
+
+
+def _stretches(readings: Array, reach: float) -> list[tuple[int, int]]:
     found, first, low, high = [], 0, math.inf, -math.inf
     for at, value in enumerate([*readings.tolist(), math.nan]):
         low, high = min(low, value), max(high, value)
-        if not (value <= low + 1.01 * step and value >= high - 1.01 * step):
+        if not (value <= low + reach and value >= high - reach):
             if at - first >= REPEATED:
                 found.append((first, at))
             first, low, high = at, value, value

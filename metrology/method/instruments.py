@@ -124,7 +124,9 @@ def of_indication(instrument: Instrument, unit: str) -> tuple[Component, ...]:
     if stated is None or stated.expanded_uncertainty is None or stated.expanded_uncertainty.si_unit != unit:
         return more
     dof, source = stated.dof or float("inf"), said("certificate {number}", number=stated.number)
-    return (Component(said("certificate"), Normal(stated.u), dof, source=source, cause=stated.cause), *more)
+    # What is traced to one standard shares its share: an amount is another error at each place of a scale.
+    cause = stated.cause if unit == "1" else ""
+    return (Component(said("certificate"), Normal(stated.u), dof, source=source, cause=cause), *more)
 
 
 def of_all_indications(name: str | None, instrument: Instrument | None) -> Input | None:

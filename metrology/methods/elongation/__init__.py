@@ -191,7 +191,7 @@ def _load(test_name: str, name: str, test: ElongationTest, weights: Instrument |
     known = instruments.of_indication(weights, load.unit) if weights else ()
     # One set of weights is off by the same at the same load in every test.
     place = at(test.instruments.load or "", weights, f"{load.value:.6g} {load.unit}") if weights else ""
-    known = tuple(replace(one, cause=f"{one.cause or one.name}, {place}") for one in known)
+    known = tuple(replace(one, cause=one.cause or f"{one.name}, {place}") for one in known)
     return replace(load, components=(*load.components, *known))
 
 
