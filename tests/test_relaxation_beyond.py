@@ -7,43 +7,24 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from test_relaxation import CROSSHEAD, SHORT, written
 from truth_relaxation import Held, record
 
 from metrology import chain
 from metrology.campaign.load import load
 
-HEAD = """\
-format: metrology-campaign/1
-id: held
-title: A line that is held
-diagnosis: {off: true}
-instruments:
-  cell: {kind: load cell, class: "0.5"}
-  machine: {kind: encoder, class: "1", resolution: DIVISION}
-samples:
-  line: {material: polymer, section: {shape: area, area: 1.000(1) mm^2}, length: 100.0(1) mm}
-tests:
-  hold:
-    method: relaxation
-    sample: line
-    instruments: {force: cell, crosshead: machine}
-    setup_compliance: 0(1) nm/N
-    specimens:
-"""
-SHORT = Held(holds=(100.0,), times=(1.0, 10.0), rate=20.0)
+MACHINE = 'machine: {kind: encoder, class: "1"'
 
 
 def evaluated(folder: Path, lines: list[Held], limit: str):
-    text = HEAD.replace("DIVISION", f"{1e3 * (lines[0].input_division or 1e-7):g} mm")
-    for at, line in enumerate(lines):
-        one = record(line, np.random.default_rng(at))
-        rows = zip(one["time"].tolist(), one["force"].tolist(), one["elongation"].tolist(), strict=True)
-        body = "\n".join(",".join(map(repr, row)) for row in rows)
-        (folder / f"s{at}.csv").write_text(f"time / s,force / N,crosshead / m\n{body}\n", encoding="utf-8")
-        text += f"      s{at}: {{readings: s{at}.csv}}\n"
-    text += f"requirements:\n  - {{id: R, quantity: {limit}, decision: {{rule: simple acceptance}}}}\n"
-    path = folder / "campaign.yaml"
-    path.write_text(text, encoding="utf-8")
+    """Findings with one requirement, and whether each check passed; the machine shows the divisions of the lines."""
+    records = {f"s{at}": record(line, np.random.default_rng(at)) for at, line in enumerate(lines)}
+    more = f"requirements:\n  - {{id: R, quantity: {limit}, decision: {{rule: simple acceptance}}}}\n"
+    path = written(folder, CROSSHEAD, records, more)
+    text = path.read_text(encoding="utf-8")
+    assert MACHINE in text
+    division = f"{1e3 * (lines[0].input_division or 1e-7):g} mm"
+    path.write_text(text.replace(MACHINE, f"{MACHINE}, resolution: {division}"), encoding="utf-8")
     found = chain.evaluate(load(path), coverage=False)
     return found, {one.name: one.passed for one in found.tests[0].finding.checks}
 

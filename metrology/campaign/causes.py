@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
+from metrology.campaign.results_file import WrongError
 from metrology.declaration.component import AMOUNTS, BOUNDED
 from metrology.declaration.document import Place
 from metrology.declaration.entry import Refusal, mean
+from metrology.gum.inputs import NAMELESS
+from metrology.message import said
 
 if TYPE_CHECKING:
     from metrology.campaign.independent_parts import Part
@@ -52,8 +56,19 @@ def enter_causes(document: Document) -> list[Refusal]:
     return refusals
 
 
-def another_cause(causes: Any, found: Iterable[Part], report: str) -> tuple[str, str, str] | None:
-    """What is wrong where a cause of this campaign bears the name of an imported one, and is distributed otherwise."""
+def alone(document: Document) -> Iterator[tuple[Place, str]]:
+    """Place of every cause that one component alone names, and a sentence on it; one of an instrument is of many."""
+    counts = Counter[str]()
+    for place, component in _components(document.data, ()):
+        counts[component["cause"]] += 2 if place[0] == "instruments" and "uncertainty" in place else 1
+    for name in document.data.get("causes") or {}:
+        if counts[name] == 1 and not name.startswith(NAMELESS):
+            text = "one component alone names this cause, so it correlates nothing. Name it in all that it acts on."
+            yield ("causes", name), said(text)
+
+
+def refuse_other_causes(causes: Any, found: Iterable[Part], report: str) -> None:
+    """Refuse an imported cause that bears the name of one of this campaign, and is distributed otherwise."""
     for part in found:
         own = causes.get(part.cause) if isinstance(causes, dict) else None
         if not isinstance(own, dict) or not own.keys() & {*AMOUNTS, "distribution", "dof"}:
@@ -66,8 +81,7 @@ def another_cause(causes: Any, found: Iterable[Part], report: str) -> tuple[str,
         if here != there:
             got = f"cause '{part.cause}', {there[0]} with {there[1]} degrees of freedom in {report}"
             expected = f"the same cause, which is {here[0]} with {here[1]} degrees of freedom here"
-            return got, expected, "give one of the two another name, if they are two unknowns"
-    return None
+            raise WrongError("result", got, expected, "give one of the two another name, if they are two unknowns")
 
 
 def _figure(stated: Any) -> str:

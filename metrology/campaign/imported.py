@@ -10,7 +10,7 @@ from math import inf, sqrt
 from typing import TYPE_CHECKING, Any
 
 from metrology.campaign import independent_parts, results_file
-from metrology.campaign.causes import another_cause
+from metrology.campaign.causes import refuse_other_causes
 from metrology.campaign.independent_parts import Part
 from metrology.campaign.results_file import KEYS, Related, Result, Results, WrongError
 from metrology.declaration.columns import SourceFile
@@ -120,24 +120,20 @@ def enter_results(document: Document) -> tuple[tuple[SourceFile, ...], tuple[Imp
         try:
             source, findings = results_file.read(document, entry, files)
             result = results_file.result_named(findings, str(entry["result"]))
+            report = findings.campaign.report_number or findings.campaign.id
+            found = independent_parts.parts(result)
+            refuse_other_causes(data.get("causes"), found, report)
         except WrongError as wrong:
             where = (*place, wrong.key)
             fault = Fault(document.at(*where), wrong.got, wrong.expected, wrong.fix)
             document.faults.append((document.order(where), fault))
             document.spoiled.add(place)
             continue
-        report = findings.campaign.report_number or findings.campaign.id
         about = f"{report}, {result.name}"
         if findings.campaign.reconstructed:
             about += RECONSTRUCTED
         about = f"{about}; SHA-256 {source.sha256[:12]}…"
-        found = once.setdefault(about, independent_parts.parts(result))
-        if other := another_cause(data.get("causes"), found, report):
-            where = (*place, "result")
-            document.faults.append((document.order(where), Fault(document.at(*where), *other)))
-            document.spoiled.add(place)
-            continue
-        entered.append((entry, about, result, found))
+        entered.append((entry, about, result, once.setdefault(about, found)))
         further = any(RECONSTRUCTED in row.source for row in result.budget)
         imported[about] = Imported(
             about, result.name, report, results_file.reasons(findings, result), "", display_unit=result.display_unit,

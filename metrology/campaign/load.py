@@ -12,7 +12,7 @@ from pydantic import ValidationError
 
 from metrology.campaign.branding import enter_branding
 from metrology.campaign.calibration import read_certificates
-from metrology.campaign.causes import enter_causes
+from metrology.campaign.causes import alone, enter_causes
 from metrology.campaign.checks import check
 from metrology.campaign.copies import check_copies
 from metrology.campaign.extension import check_extends
@@ -27,7 +27,7 @@ from metrology.campaign.ranges import check_ranges
 from metrology.campaign.readings import Shelf, noted
 from metrology.campaign.salvage import without
 from metrology.campaign.schema import Campaign
-from metrology.campaign.unused import alone, idle, unused
+from metrology.campaign.unused import idle, unused
 from metrology.declaration import fixes
 from metrology.declaration.columns import SourceFile, source_file
 from metrology.declaration.document import Document, parse, spell
@@ -132,7 +132,7 @@ def _noticed(campaign: Campaign) -> Iterator[str]:
     if document is not None:
         yield from document.notices
         # No path: results are the same in whatever folder the campaign stands.
-        found = (*unused(campaign), *idle(campaign), *alone(campaign))
+        found = (*unused(campaign), *idle(campaign), *alone(document))
         yield from (noted(Notice(spell(place), sentence)) for place, sentence in found)
         yield from contradictions(campaign)
         yield from differences(campaign)

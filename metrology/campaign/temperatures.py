@@ -48,9 +48,9 @@ def check_temperatures(campaign: Campaign, names: Names) -> Iterator[Refusal]:
             place = ("requirements", index, "limits", key)
             yield from _against(stated.get(requirement.quantity), getattr(requirement.limits, key), place)
     for index, comparison in enumerate(campaign.comparisons):
-        for side, other in (comparison.between, comparison.between[::-1]):
-            place = ("comparisons", index, "between", comparison.between.index(other))
-            yield from _against(stated.get(side.quantity or ""), other.value, place)
+        for number, side in enumerate(comparison.between):
+            other = comparison.between[1 - number]
+            yield from _against(stated.get(other.quantity or ""), side.value, ("comparisons", index, "between", number))
 
 
 def _has_zero(unit: str) -> bool:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +10,6 @@ from pydantic.fields import FieldInfo
 
 from metrology.declaration.document import Place
 from metrology.declaration.quantity import Stated, ValueOnly
-from metrology.gum.inputs import NAMELESS
 from metrology.message import said
 
 if TYPE_CHECKING:
@@ -44,35 +42,6 @@ def idle(campaign: Campaign) -> Iterator[tuple[Place, str]]:
                     "before, and state 0 here."
                 )
                 yield ("instruments", instrument, "correction"), said(text, name=name)
-
-
-def alone(campaign: Campaign) -> Iterator[tuple[Place, str]]:
-    """Place of every cause of uncertainty that one component alone names, and a sentence on it.
-
-    A component of an instrument acts on all its readings.
-    """
-    counts = Counter(_causes(campaign))
-    for instrument in campaign.instruments.values():
-        counts.update(_causes(instrument.uncertainty))
-    for name in campaign.causes:
-        if counts[name] == 1 and not name.startswith(NAMELESS):
-            text = "one component alone names this cause, so it correlates nothing. Name it in all that it acts on."
-            yield ("causes", name), said(text)
-
-
-def _causes(found: Any) -> Iterator[str]:
-    """Cause of every component below an entry."""
-    if isinstance(found, BaseModel):
-        if isinstance(cause := getattr(found, "cause", None), str):
-            yield cause
-        for name in type(found).model_fields:
-            yield from _causes(getattr(found, name))
-    elif isinstance(found, Mapping):
-        for one in found.values():
-            yield from _causes(one)
-    elif isinstance(found, tuple):
-        for one in found:
-            yield from _causes(one)
 
 
 def _quantities(found: Any, place: Place, marked: ValueOnly | None) -> Iterator[tuple[Place, Stated, ValueOnly | None]]:

@@ -129,7 +129,7 @@ class ElongationTest:
         Rate at which each check may fail on data with nothing wrong in them.
     places : mapping of str to str
         For each load, what stands for the place on the indicator's scale that is read there: the error of indication at
-        one place is the same in every test (JCGM 100 F.1.2.3). Empty where no other test reads the indicator.
+        one place is the same in every test (JCGM 100 F.1.2.3). Without any, that of this test is another one.
 
     Raises
     ------

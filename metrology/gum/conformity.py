@@ -8,7 +8,7 @@ from typing import Literal
 
 from metrology.errors import Fault, MetrologyError
 from metrology.gum.conformity_probability import probability_of_conformity
-from metrology.gum.guard_bands import Bands, Rule, guard_bands, outer_bands, shows, widest
+from metrology.gum.guard_bands import Bands, Rule, guard_bands, shows, widest
 from metrology.gum.output import Output
 from metrology.gum.printed_probability import probability
 from metrology.gum.risk import Limits, Prior, global_risks
@@ -84,7 +84,7 @@ def decide(output: Output, *, limits: Limits, rule: Rule, prior: Prior | None = 
     bands = guard_bands(output, limits, rule, prior)
     accepted = Limits(0.0, -1.0) if bands is None else limits.shrunk(*bands)
     inside, outside = probability_of_conformity(output, limits, prior)
-    verdict: Verdict = _verdict(output, limits, bands, rule, conforming=inside)
+    verdict: Verdict = _verdict(output.value, limits, bands, rule, conforming=inside)
     consumer, producer = (None, None)
     if prior is not None and not accepted.empty and isfinite(output.u):
         consumer, producer = global_risks(prior, output, limits=limits, acceptance=accepted)
@@ -127,8 +127,7 @@ def _check(output: Output, limits: Limits, rule: Rule, prior: Prior | None) -> N
         raise MetrologyError(*faults)
 
 
-def _verdict(output: Output, limits: Limits, bands: Bands | None, rule: Rule, *, conforming: float) -> Verdict:
-    value = output.value
+def _verdict(value: float, limits: Limits, bands: Bands | None, rule: Rule, *, conforming: float) -> Verdict:
     if bands is not None and limits.shrunk(*bands).holds(value):
         return "pass"
     if rule.binary:
@@ -137,8 +136,9 @@ def _verdict(output: Output, limits: Limits, bands: Bands | None, rule: Rule, *,
         return "conditional pass"
     if rule.kind == "specific risk":
         return "conditional fail" if conforming > rule.risk else "fail"
-    outwards = outer_bands(bands, rule)
-    return "conditional fail" if outwards is not None and limits.shrunk(*outwards).holds(value) else "fail"
+    # What fails a lower limit is how far the interval reaches above the result, an upper one how far below it.
+    outwards = None if bands is None else limits.shrunk(-bands[1], -bands[0])
+    return "conditional fail" if outwards is not None and outwards.holds(value) else "fail"
 
 
 def _sentence(decision: Decision, output: Output, accepted: Limits, rule: Rule) -> str:

@@ -141,17 +141,6 @@ def guard_bands(output: Output, limits: Limits, rule: Rule, prior: Prior | None)
     return _specific_bands(output, limits, rule.risk, prior)
 
 
-def outer_bands(bands: Bands | None, rule: Rule) -> Bands | None:
-    """Widths, below zero, of the guard bands outside of the limits; None where there are none inside.
-
-    What fails a lower limit is how far the interval reaches above the result, an upper one how far below it.
-    """
-    if bands is None:
-        return None
-    lower, upper = bands
-    return (-upper, -lower) if rule.kind == "guard band" else (-lower, -upper)
-
-
 def shows(output: Output, risk: float) -> bool:
     """Whether a risk can be told from none: by draws one that would show in some of them."""
     return risk >= output.resolution

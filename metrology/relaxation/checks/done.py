@@ -32,7 +32,7 @@ class Done:
     probable one say of them: ln τ of each, its part of r₀, and of what faster ones leave of the stiffness. `whole` is
     whether the course of its input was taken with all of its corners, `unread` the time / s within which a step lies
     between two readings, or on a ramp that is left out, `rounding` half a division of what answered as force by
-    stretch, `instants` half widths of what the unread instant of a step leaves of the numbers.
+    stretch, `instants` half widths of the numbers by the instant of a step, which nothing read.
     """
 
     mounting: Mounting
