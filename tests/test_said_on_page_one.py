@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
+from math import inf
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -12,6 +14,10 @@ from laboratory import METHODS
 from metrology import chain
 from metrology.campaign.load import load
 from metrology.errors import MetrologyError
+from metrology.gum.conformity import decide
+from metrology.gum.guard_bands import Rule
+from metrology.gum.output import Analytic
+from metrology.gum.risk import Limits
 from metrology.report.limits import acceptance
 
 TILTED = """\
@@ -75,8 +81,11 @@ def test_law_a_model_without_a_run_left_out_is_said_to_be_unvalidated(held_out, 
     assert any("was kept out of the fit" in one for one in found.warnings) is not held_out
 
 
-def test_limit_acceptance_limits_that_cross_are_none():
-    entry = SimpleNamespace(acceptance_lower=4.6, acceptance_upper=-4.6)
+@pytest.mark.parametrize("rule", [Rule("guard band"), Rule("guard band", binary=True)])
+def test_limit_acceptance_limits_that_cross_are_none(rule):
+    decision = decide(Analytic(0.0, 4.0, inf), limits=Limits(-1.0, 1.0), rule=rule)
+    assert (decision.acceptance_lower, decision.acceptance_upper) == (None, None)
+    entry = SimpleNamespace(**asdict(decision), display_unit="N", lower=-1.0, upper=1.0, lower_stated="", upper_stated="")
     assert acceptance(entry) == "–"
 
 

@@ -31,7 +31,7 @@ class Decision:
     guard_band : float
         w, in the unit of the result.
     acceptance_lower, acceptance_upper : float
-        Limits of the results that pass, lower + w and upper − w.
+        Limits of the results that pass, lower + w and upper − w; None where the two cross, so that none passes.
     global_consumer_risk, global_producer_risk : float
         That an item of the prior is wrongly accepted, wrongly rejected, by these acceptance limits; else None.
     resolution : float
@@ -94,8 +94,8 @@ def decide(output: Output, *, limits: Limits, rule: Rule, prior: Prior | None = 
         specific_risk=outside if verdict in ("pass", "conditional pass") else inside,
         guard_band=limits.half_width if bands is None else widest(bands, limits),
         resolution=output.resolution,
-        acceptance_lower=None if bands is None else accepted.lower,
-        acceptance_upper=None if bands is None else accepted.upper,
+        acceptance_lower=None if accepted.empty else accepted.lower,
+        acceptance_upper=None if accepted.empty else accepted.upper,
         global_consumer_risk=consumer,
         global_producer_risk=producer,
         rule=rule.text,

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from metrology.findings import Conformity, Withheld
-from metrology.gum.risk import Limits
 from metrology.language.catalogue import ENGLISH, Language
 from metrology.language.columns import width
 from metrology.language.display import as_stated, rounded
@@ -53,8 +52,6 @@ def _accepted(entry: Conformity, limit: float | None, stated: str) -> str:
 def acceptance(entry: Conformity, language: Language = ENGLISH) -> str:
     """Acceptance limits of a requirement, to the digits of their guard band; a dash where there are none."""
     limits = (entry.acceptance_lower, entry.acceptance_upper)
-    if Limits(*limits).empty:
-        return "–"
     ends = [_accepted(entry, limit, text) for limit, text in zip(limits, stated_limits(entry), strict=True)]
     low, high = map(language.figures, ends)
     if "–" in ends:
