@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from metrology.decay.modes import _level, _others, _sound, disentangle, guard, longitudinal
+from metrology.decay.modes import _level, _others, disentangle, guard, is_sound, longitudinal
 from metrology.decay.oscillation import DEGREE, Fit, Form, Mode, at_rate, baseline, fit, project, sandwich
 from metrology.decay.separated import Separated, curvature, drift, without_others
-from metrology.decay.separation import _refuse_weak, _release, separate
+from metrology.decay.separation import _refuse_weak, release_before, separate
 from metrology.decay.start import Unusable, free_motion, refuse_clipped
 from metrology.raw import _flatter
 from metrology.timeseries import Channel
@@ -309,7 +309,7 @@ def fitted(other: Mode, main: Mode = MAIN, squares: float = 1.0, *, converged: b
     (fitted(Mode(400.0, 1.0), Mode(1.19 * MAIN.omega, 8.0)), True),
 ])  # fmt: skip
 def test_limit_what_a_sound_fit_is(trial: Fit, sound: bool) -> None:
-    assert _sound(trial, replace(stated(), residual=np.array([sqrt(2.0)])), 2.0) is sound
+    assert is_sound(trial, replace(stated(), residual=np.array([sqrt(2.0)])), 2.0) is sound
 
 
 # ---------------------------------------------------------------- refusals of a fit
@@ -361,7 +361,7 @@ def test_refusal_no_decay_and_too_few_samples() -> None:
 def test_closed_form_release_is_the_last_extremum_before_the_first_sample(angle: float, rate: float) -> None:
     mode = Mode(100.0, rate)
     found = replace(stated((mode,)), coefficients=np.array([[np.cos(angle), np.sin(angle)]]))
-    at = _release(found)
+    at = release_before(found)
     assert -pi / 100 < at <= 0
     step = 1e-6
     before, after = (swing(mode, np.array([at + s]), np.cos(angle), np.sin(angle))[0] for s in (-step, step))

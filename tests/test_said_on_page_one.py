@@ -85,7 +85,8 @@ def test_law_a_model_without_a_run_left_out_is_said_to_be_unvalidated(held_out, 
 def test_limit_acceptance_limits_that_cross_are_none(rule):
     decision = decide(Analytic(0.0, 4.0, inf), limits=Limits(-1.0, 1.0), rule=rule)
     assert (decision.acceptance_lower, decision.acceptance_upper) == (None, None)
-    entry = SimpleNamespace(**asdict(decision), display_unit="N", lower=-1.0, upper=1.0, lower_stated="", upper_stated="")
+    stated = {"lower": -1.0, "upper": 1.0, "lower_stated": "", "upper_stated": "", "display_unit": "N"}
+    entry = SimpleNamespace(**asdict(decision), **stated)
     assert acceptance(entry) == "–"
 
 

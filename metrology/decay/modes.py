@@ -119,7 +119,7 @@ def disentangle(free: Channel, first: Mode, settling: float = 0.0) -> Fit:
         counts = dict.fromkeys((len(slow), 1))  # all of them, else the strongest alone
         trials = (fit(t, coarse.value, [*fitted.modes, *slow[:n]], held=held, lags=lags, settling=settling)
                   for n in counts)  # fmt: skip
-        better = next((trial for trial in trials if _sound(trial, fitted, t[-1])), None)
+        better = next((trial for trial in trials if is_sound(trial, fitted, t[-1])), None)
         refused += [slow[0].omega] if better is None and slow else []
         fitted = fitted if better is None else better
     return at_rate(fitted, full, free.value, held=held)
@@ -152,9 +152,8 @@ def guard(main: Mode, duration: float) -> float:
 
 def _others(t: Floats, fitted: Fit, refused: list[float]) -> list[Mode]:
     """Return the oscillations that stand out of the spectrum of the residuals (Hann window), the strongest first."""
-    frequency, power = periodogram(t, fitted.residual, finer=_FINER)
-    omega, width = 2 * pi * frequency, 2 * pi / t[-1]
-    height = power / _level(power)
+    omega, power, level = spectrum(t, fitted.residual)
+    width, height = 2 * pi / t[-1], power / level
     height[abs(omega - fitted.main.omega) < guard(fitted.main, t[-1])] = 0.0
     height[omega < 0.75 * width] = 0.0
     for centre in refused:
@@ -164,6 +163,12 @@ def _others(t: Floats, fitted: Fit, refused: list[float]) -> list[Mode]:
     left, here, right = (np.log(power[np.minimum(index + shift, power.size - 1)]) for shift in (-1, 0, 1))
     centre = omega[index] + 0.5 * (left - right) / (left - 2 * here + right) * omega[1]
     return [Mode(float(w), 0.0) for w in centre]
+
+
+def spectrum(t: Floats, residual: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return the angular frequencies of what a fit leaves, its power there, and the mean power beside any line."""
+    frequency, power = periodogram(t, residual, finer=_FINER)
+    return 2 * pi * frequency, power, _level(power)
 
 
 def _level(power: Floats) -> Floats:
@@ -177,8 +182,21 @@ def _level(power: Floats) -> Floats:
     return np.maximum(level, 1e-300)
 
 
-def _sound(trial: Fit, before: Fit, duration: float) -> bool:
-    """Tell whether a fit with more modes still means what it says: better, and no mode swallowed another."""
+def is_sound(trial: Fit, before: Fit, duration: float) -> bool:
+    """Tell whether a fit with more modes still means what it says: better, and no mode swallowed another.
+
+    Parameters
+    ----------
+    trial, before : Fit
+        With more modes, and without them.
+    duration : float
+        Of the record, in s.
+
+    Returns
+    -------
+    bool
+        Whether it may be taken.
+    """
     main = trial.main
     omega = np.array([mode.omega for mode in trial.modes[1:]])
     rate = np.array([mode.rate for mode in trial.modes[1:]])

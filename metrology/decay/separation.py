@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from math import hypot, log, pi, sqrt
 
@@ -83,7 +84,7 @@ def _less_rounding(whole: Channel, found: Separated, mains: float) -> Separated:
         of = of.part(len(parted))
         fitted, near = by_likelihood(parted.time - parted.time[0], parted.value, fitted, of)
         parted, of = replace(parted, value=parted.value + near.value - of.value), near
-        release = float(parted.time[0]) + _release(fitted)
+        release = float(parted.time[0]) + release_before(fitted)
         found = replace(found, free=parted, fit=fitted, noise=of.noise, hops=hops, release=release, rounded=of,
                         rest=found.rest if rest is None else rest)  # fmt: skip
         if len(fitted.modes) == 1 + len(others):
@@ -121,7 +122,7 @@ def _separated(whole: Channel, mains: float, expected: float | None) -> Separate
     return Separated(
         free,
         fitted,
-        start + _release(fitted),
+        start + release_before(fitted),
         level,
         crossed=crossed - start,
         hops=hops,
@@ -204,14 +205,14 @@ def _from_release(whole: Channel, free: Channel, fitted: Fit) -> tuple[Channel, 
     """
     from scipy.special import fdtrc
 
-    start, rest = float(free.time[0]) + _release(fitted), float(np.mean(fitted.residual**2))
+    start, rest = float(free.time[0]) + release_before(fitted), float(np.mean(fitted.residual**2))
     for early in (0.5, 0.0):  # the release is known to half a step at best, and its own reading is the largest of all
         longer = whole.part(start - early * free.step)
         count = len(longer) - len(free)
         before = longer.value[:count] - _at(free, fitted, longer.time[:count])
         if count < 1 or np.mean(before**2) > _FAR * rest:
             continue
-        again = _refitted(longer, fitted)
+        again = refitted(longer, fitted)
         ratio = float(np.mean(again.residual[:count] ** 2) / np.mean(again.residual[count:] ** 2))
         if again.converged and fdtrc(count, len(free), ratio) >= _PLAIN:
             return longer, again
@@ -229,17 +230,17 @@ def _without_drift(free: Channel, fitted: Fit) -> Fit:
     """Return the fit over a constant zero where the record shows no drift (F test): what is not there costs nothing."""
     from scipy.special import fdtrc
 
-    plain = _refitted(free, fitted, degree=0)
+    plain = refitted(free, fitted, degree=0)
     left = len(free) - DEGREE - 4 * len(fitted.modes) - 1
     ratio = (plain.squares - fitted.squares) / DEGREE / (max(fitted.squares, 1e-300) / left)
     return plain if plain.converged and fdtrc(DEGREE, left, max(ratio, 0.0)) >= _DRIFT else fitted
 
 
-def _refitted(free: Channel, fitted: Fit, degree: int = DEGREE) -> Fit:
-    """Return the fit of the same modes to a longer part of the record, or over another polynomial."""
+def refitted(free: Channel, fitted: Fit, degree: int = DEGREE, more: Sequence[Mode] = ()) -> Fit:
+    """Return the fit of the same modes and of some `more`, to a longer part of a record or over another polynomial."""
     coarse = average(free, per_mean(free, fitted.main))
     fast = 0.6 * pi / coarse.step
-    others = fitted.modes[1:]
+    others = [*fitted.modes[1:], *more]
     slow, held = ([mode for mode in others if (mode.omega > fast) == is_fast] for is_fast in (False, True))
     slow.insert(0, fitted.main)
     lags = int(2 / coarse.step / fitted.main.frequency)
@@ -287,7 +288,7 @@ def _refuse_weak(fitted: Fit, free: Channel, *, mains: float) -> None:
         )
 
 
-def _release(fitted: Fit) -> float:
+def release_before(fitted: Fit) -> float:
     """Return the time (s, not positive) of the last extremum of the longitudinal mode before the first sample."""
     a, b = fitted.coefficients[0]
     slope = complex(-fitted.main.rate, fitted.main.omega) * complex(a, -b)

@@ -8,6 +8,7 @@ from functools import cached_property
 from metrology.coordinate import SENSED, Coordinate, Sensed
 from metrology.decay.separated import Separated
 from metrology.decay.separation import separate
+from metrology.decay.shared_modes import with_shared
 from metrology.decay.start import Unusable
 from metrology.errors import Fault, MetrologyError
 from metrology.gum.inputs import Input
@@ -94,4 +95,6 @@ class DecayTest:
             except Unusable as reason:
                 return reason
 
-        return tuple(parted(record) for record in self.records)
+        found = [parted(record) for record in self.records]
+        shared = iter(with_shared([one for one in found if not isinstance(one, Unusable)]))
+        return tuple(one if isinstance(one, Unusable) else next(shared) for one in found)
