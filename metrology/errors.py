@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import errno
 import os
-from dataclasses import dataclass
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 
 _HINDRANCES = {
     errno.EISDIR: "a folder",
@@ -120,3 +122,14 @@ class MetrologyError(Exception):
     def __init__(self, *faults: Fault) -> None:
         super().__init__("\n".join(str(fault) for fault in faults))
         self.faults = faults
+
+
+@contextmanager
+def faults_at(place: str) -> Iterator[None]:
+    """Faults that are found inside, told with the place in the file that they come from, unless they name that file."""
+    file = place.partition(":")[0]
+    try:
+        yield
+    except MetrologyError as error:
+        faults = (one if file in one.where else replace(one, where=f"{place} {one.where}") for one in error.faults)
+        raise MetrologyError(*faults) from error

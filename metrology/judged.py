@@ -8,6 +8,16 @@ from typing import Annotated, Literal
 from metrology.doc import Doc
 
 
+def judged_name(name: str) -> str:
+    """Name that an input has as a result, where a requirement or a comparison is on it."""
+    return f"{name} (as stated)"
+
+
+def is_on(judged: str, result: str) -> bool:
+    """Whether what is judged is a result: a requirement names an input by the name that the campaign gives it."""
+    return result in (judged, judged_name(judged))
+
+
 @dataclass(frozen=True)
 class Conformity:
     """A requirement, its decision rule, and the verdict (JCGM 106, ILAC-G8)."""

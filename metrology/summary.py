@@ -60,7 +60,7 @@ def print_summary(findings: Findings, folder: Path, notices: Iterable[tuple[str,
     told = {one.sentence for one in findings.notices if one.kind in WARNS}
     for sentence in (one for one in findings.warnings if one not in told):
         console.print(f"[yellow]note[/] {shown(sentence)}")
-    for sentence in _missing(findings):
+    for sentence in missing(findings):
         console.print(f"[yellow]DRAFT[/] {sentence}")
     pdf = folder / "report.pdf"
     console.print(f"written to {shown(str(pdf if pdf.is_file() else folder))}")
@@ -84,7 +84,7 @@ def shown(text: str) -> str:
     return escape(printable(text))
 
 
-def _missing(findings: Findings) -> Iterator[str]:
+def missing(findings: Findings) -> Iterator[str]:
     """How many items each checklist lacks, for which the report is a draft."""
     from metrology import checklist
 

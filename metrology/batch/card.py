@@ -52,8 +52,8 @@ class Card:
 
     Parameters
     ----------
-    number, issued, state, overall : str
-        Of the report: its number, its date, whether it is a draft, and the worst verdict.
+    number, issued, tested, state, overall : str
+        Of the report: its number, its date, that of the last test, whether it is a draft, and the worst verdict.
     reconstructed : bool
         Whether its readings were reconstructed.
     results : tuple of Main
@@ -70,6 +70,7 @@ class Card:
 
     number: str
     issued: str
+    tested: str
     state: str
     overall: str
     reconstructed: bool
@@ -82,7 +83,7 @@ class Card:
     @property
     def date(self) -> str:
         """Day of the last test, or of issue."""
-        return max((row.date for row in self.rows), default=self.issued)
+        return self.tested or self.issued
 
 
 def make(findings: Findings) -> Card:
@@ -97,6 +98,7 @@ def make(findings: Findings) -> Card:
     return Card(
         number=findings.campaign.report_number,
         issued=findings.campaign.issued,
+        tested=max((test.date for test in findings.tests), default=""),
         state=quality.stated(findings),
         overall=quality.overall(findings),
         reconstructed=bool(findings.campaign.reconstructed),

@@ -41,9 +41,11 @@ class Imported:
     about : str
         Source that its components name, by which it is found among the inputs.
     result, report : str
-        Its full name there, and the number of the report.
+        Its full name there, and the number of the report, or the campaign's name where it has none.
     reasons : tuple of str
         Why its own report does not judge it; empty where it does.
+    accepted : tuple of str
+        What its own report accepts on its way, each with reason and person.
     lost : str
         What of its distribution is not carried over; empty where all is.
     loose : bool
@@ -52,6 +54,10 @@ class Imported:
         Unit in which its own report shows it.
     reconstructed : bool
         Whether it rests on readings that were not measured, there or in a campaign that it takes a result from.
+    is_numbered : bool
+        Whether its report has a number, which no other report has.
+    sha256 : str
+        Of the file that it was taken from.
     records : tuple of (str, str)
         Files that its campaign read, by name and SHA-256, but for campaign files.
     """
@@ -60,10 +66,13 @@ class Imported:
     result: str
     report: str
     reasons: tuple[str, ...]
+    accepted: tuple[str, ...]
     lost: str
     loose: bool = False
     display_unit: str = ""
     reconstructed: bool = False
+    is_numbered: bool = False
+    sha256: str = ""
     records: tuple[tuple[str, str], ...] = ()
 
 
@@ -136,8 +145,10 @@ def enter_results(document: Document) -> tuple[tuple[SourceFile, ...], tuple[Imp
         entered.append((entry, about, result, once.setdefault(about, found)))
         further = any(RECONSTRUCTED in row.source for row in result.budget)
         imported[about] = Imported(
-            about, result.name, report, results_file.reasons(findings, result), "", display_unit=result.display_unit,
+            about, result.name, report, results_file.reasons(findings, result),
+            results_file.accepted(findings, result), "", display_unit=result.display_unit,
             reconstructed=bool(findings.campaign.reconstructed) or further,
+            is_numbered=bool(findings.campaign.report_number), sha256=source.sha256,
             records=tuple((file.path, file.sha256) for file in findings.inputs if not file.path.endswith(CAMPAIGNS)),
         )  # fmt: skip
     declared = _declared(data)

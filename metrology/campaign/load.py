@@ -75,11 +75,11 @@ def of_document(document: Document, *, allow_code: bool = False) -> Campaign:
     outside: list[Fault] = []
     code: Code | None = None
     if campaign is not None:
+        campaign._imported = imported
         found, outside, code = _judge(campaign)
         wrong += rest.passed_on(found) if rest else found
         campaign._files = (*campaign._files, *certificates, *results, *starmap(source_file, look.files.items()))
         campaign._look = look.files
-        campaign._imported = imported
         campaign._together = together
         campaign._notices = (*campaign._notices, *uncorrected)
     outside += faulty

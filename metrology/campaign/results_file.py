@@ -53,7 +53,7 @@ class Coverage:
 
 @dataclass(frozen=True)
 class Result:
-    """What is taken of a result; `doubts` is None in files of versions that do not write it."""
+    """What is taken of a result; `doubts` and `accepted` are None in files of versions that do not write them."""
 
     name: str
     value: float
@@ -63,6 +63,7 @@ class Result:
     test: str = ""
     monte_carlo: Drawn = Drawn()
     doubts: tuple[str, ...] | None = None
+    accepted: tuple[str, ...] | None = None
     u: float = nan  # as reported: of the draws where these do not confirm the framework
     display_unit: str = ""
     coverage: Coverage = Coverage()
@@ -228,6 +229,13 @@ def reasons(findings: Results, result: Result) -> tuple[str, ...]:
             if one.test in tests and one.verdict in ("unexplained", "explained in the main", "not finished")
         ]  # fmt: skip
     return tuple(dict.fromkeys(found))
+
+
+def accepted(findings: Results, result: Result) -> tuple[str, ...]:
+    """What the report of a result accepts on its way; files of earlier versions have it with the verdicts on it."""
+    if result.accepted is not None:
+        return result.accepted
+    return tuple(dict.fromkeys(why for one in findings.conformity if one.result == result.name for why in one.accepted))
 
 
 def _failed(name: str, test: dict[str, Any]) -> Iterator[str]:

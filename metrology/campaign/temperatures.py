@@ -37,7 +37,11 @@ def check_temperatures(campaign: Campaign, names: Names) -> Iterator[Refusal]:
     Refusal
         With its place from the root of the file.
     """
-    stated = {name: one.unit for name, one in campaign.quantities.items() if one.dimension == KELVIN}
+    # A result of another campaign is entered in kelvin, and meant as its own report shows it.
+    shown = {one.about: one.display_unit for one in campaign.imported if one.display_unit}
+    stated = {
+        name: shown.get(one.source, one.unit) for name, one in campaign.quantities.items() if one.dimension == KELVIN
+    }
     stated |= {one.name: one.unit for one in campaign.derived if names.dimensions.get(one.name) == KELVIN}
     for index, one in enumerate(campaign.derived):
         if stated.get(one.name) == one.unit and _has_zero(one.unit):

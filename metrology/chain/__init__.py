@@ -162,9 +162,12 @@ def _findings(campaign: Campaign, plan: Plan, evaluation: Evaluation, *, coverag
     plan.failures.extend(without_value(evaluation))
     compared = comparisons.comparisons(campaign, plan, evaluation)
     against = doubts(campaign, plan, stands, evaluation, compared)
-    results = tuple(replace(one, doubts=_barring(against.get(one.name, ()))) for one in results)
+    results = tuple(_with_doubts(one, against.get(one.name, ())) for one in results)
     verdicts, withheld = conformity.conformity(campaign, evaluation, plan.failures, against)
-    plan.warnings += [sentence for one in verdicts for sentence in one.accepted]
+    # What is accepted is said with its acceptance, and not once more without it.
+    told = {one.sentence for own in against.values() for one in own if one.acceptance}
+    plan.warnings[:] = [one for one in plan.warnings if one not in told]
+    plan.warnings += [sentence for one in results for sentence in one.accepted]
     judged = {verdict.requirement for verdict in verdicts}
     exact = taken_as_exact(plan, evaluation)
     agreed, parted = across.consensus(campaign, plan, evaluation, against)
@@ -208,9 +211,11 @@ def _findings(campaign: Campaign, plan: Plan, evaluation: Evaluation, *, coverag
     return replace(found, notices=notices, messages=stored(found), warnings=tuple(dict.fromkeys(warnings)))
 
 
-def _barring(own: Sequence[Doubt]) -> tuple[str, ...]:
-    """What forbids that a requirement passes on a result."""
-    return tuple(dict.fromkeys(one.sentence for one in own if one.bars("pass")))
+def _with_doubts(result: Result, own: Sequence[Doubt]) -> Result:
+    """A result with what forbids that a requirement passes on it, and what the laboratory accepts of that."""
+    barring = dict.fromkeys(one.sentence for one in own if one.bars("pass"))
+    accepted = dict.fromkeys(one.acceptance for one in own if one.acceptance)
+    return replace(result, doubts=tuple(barring), accepted=tuple(accepted))
 
 
 def _of_inputs(evaluation: Evaluation, results: Sequence[Result]) -> tuple[Correlation, ...]:

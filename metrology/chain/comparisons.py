@@ -8,7 +8,7 @@ from math import isfinite
 from typing import TYPE_CHECKING
 
 from metrology.chain import across, zener
-from metrology.chain.conformity import exists, judged_name
+from metrology.chain.conformity import exists
 from metrology.chain.knowledge import value_of
 from metrology.chain.plan import Identity, Plan
 from metrology.declaration.quantity import Stated
@@ -16,6 +16,7 @@ from metrology.findings import Comparison
 from metrology.gum.comparison import en
 from metrology.gum.evaluation import Estimate, Measurand
 from metrology.gum.output import expanded
+from metrology.judged import judged_name
 from metrology.language.display import scale
 from metrology.message import said
 from metrology.units import si_unit

@@ -12,12 +12,14 @@ import numpy as np
 from metrology.chain.doubt import Doubt
 from metrology.chain.knowledge import value_of
 from metrology.chain.plan import Identity, Plan
+from metrology.errors import faults_at
 from metrology.findings import Conformity, Withheld
 from metrology.gum.conformity import decide
 from metrology.gum.evaluation import Estimate, Measurand
 from metrology.gum.guard_bands import Rule, rule_risk
 from metrology.gum.printed_probability import probability
 from metrology.gum.risk import Limits, Prior
+from metrology.judged import judged_name
 from metrology.message import said
 
 if TYPE_CHECKING:
@@ -57,11 +59,6 @@ def least_risk(campaign: Campaign) -> float:
     return min((one.risk for one in rules if one.rule in ("specific risk", "global risk")), default=1.0)
 
 
-def judged_name(name: str) -> str:
-    """Name that an input has as a result, where a requirement or a comparison is on it."""
-    return f"{name} (as stated)"
-
-
 def conformity(
     campaign: Campaign, evaluation: Evaluation, failures: list[str], doubts: Mapping[str, Sequence[Doubt]]
 ) -> tuple[tuple[Conformity, ...], tuple[Withheld, ...]]:
@@ -75,13 +72,14 @@ def conformity(
         By result: failed checks on its way.
     """
     verdicts, withheld = [], []
-    for requirement in campaign.requirements:
+    for at, requirement in enumerate(campaign.requirements):
         estimate = _judged_estimate(requirement, evaluation)
         if estimate is None or estimate.output is None or not exists(estimate):
             text = "Requirement {name} cannot be judged, for want of {quantity}."
             failures.append(said(text, name=requirement.id, quantity=requirement.quantity))
         else:
-            made = _verdict(requirement, estimate)
+            with faults_at(campaign.at("requirements", at)):
+                made = _verdict(requirement, estimate)
             own = (*doubts.get(estimate.name, ()), *_of_prior(requirement, estimate))
             barring = (one for one in own if one.bars(made.verdict) and _hangs_on(one, made, requirement))
             barred = list(dict.fromkeys(one.sentence for one in barring))

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from metrology.chain.doubt import Doubt, with_acceptance
 from metrology.gum.comparison import en
+from metrology.language.display import normalised
 from metrology.message import said
 from metrology.slip import likely
 
@@ -98,7 +99,9 @@ def _elsewhere(plan: Plan, one: Comparison, name: str, exchanged: Mapping[str, s
     sentence = (
         said("{a} and {b} contradict each other: no uncertainty covers their difference.", a=one.a, b=one.b)
         if one.en is None
-        else said("{a} and {b} contradict each other: |E_n| = {en:.3g}.", a=one.a, b=one.b, en=abs(one.en))
+        else said(
+            "{a} and {b} contradict each other: |E_n| = {en:figures}.", a=one.a, b=one.b, en=normalised(abs(one.en))
+        )
     )
     if name in exchanged:
         sentence = said("{texts:space}", texts=(sentence, exchanged[name]))

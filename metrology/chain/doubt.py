@@ -30,6 +30,8 @@ class Doubt:
     shape : bool
         Whether it is of the shape of a distribution alone: value and standard uncertainty hold, and so does a verdict
         that no distribution with them could change.
+    accepted : Acceptance, optional
+        The acceptance as the campaign states it.
     """
 
     check: str
@@ -38,6 +40,7 @@ class Doubt:
     acceptance: str = ""
     concerns: tuple[str, ...] = ()
     shape: bool = False
+    accepted: Acceptance | None = None
 
     def bars(self, verdict: str) -> bool:
         """Whether it forbids a verdict."""
@@ -49,4 +52,5 @@ def with_acceptance(doubt: Doubt, accepted: Acceptance | None) -> Doubt:
     if accepted is None:
         return doubt
     text = "{sentence} Accepted by {by}: {reason}."
-    return replace(doubt, acceptance=said(text, sentence=doubt.sentence, by=accepted.by, reason=accepted.reason))
+    words = said(text, sentence=doubt.sentence, by=accepted.by, reason=accepted.reason)
+    return replace(doubt, acceptance=words, accepted=accepted)

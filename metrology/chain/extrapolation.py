@@ -7,7 +7,7 @@ from math import isfinite
 from typing import TYPE_CHECKING, Any
 
 from metrology.chain.doubt import Doubt, with_acceptance
-from metrology.gum.rounding import readable
+from metrology.language.display import scale
 from metrology.message import said
 
 if TYPE_CHECKING:
@@ -47,7 +47,9 @@ def beyond(full: str, x: Any, unit: str, used: float) -> Iterator[str]:
 
 
 def _places(unit: str, **places: float) -> dict[str, str]:
-    return {name: readable(float(x), unit, 4) for name, x in places.items()}
+    """Places along x, all on the scale of the largest."""
+    size, text = scale(max(abs(x) for x in places.values()), unit)
+    return {name: f"{x / size:.4g} {text}".removesuffix(" 1") for name, x in places.items()}
 
 
 def extrapolated(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> Iterator[tuple[str, Doubt]]:
@@ -62,7 +64,8 @@ def extrapolated(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> Iter
         for fit, line in lines.items():
             by_intercept, by_slope = (slopes.get(f"{fit}.{key}", 0.0) for key in ("intercept", "slope"))
             stated = campaign.fits[fit]
-            if not by_intercept or not isfinite(by_slope / by_intercept):
+            # Of a prediction of the fit `beyond` has said it.
+            if name in plan.suspect or not by_intercept or not isfinite(by_slope / by_intercept):
                 continue
             at = (stated.origin.si if stated.origin else 0.0) + by_slope / by_intercept
             low, high = min(line.x), max(line.x)

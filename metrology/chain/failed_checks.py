@@ -17,8 +17,9 @@ from metrology.gum.rounding import readable, significant
 from metrology.message import counted, said
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Collection, Iterator, Sequence
 
+    from metrology.campaign.imported import Imported
     from metrology.campaign.schema import Campaign
     from metrology.chain.plan import Plan
     from metrology.chain.standing import Standing
@@ -34,6 +35,9 @@ MODULUS = re.compile(r"E(_0|_inf|_t|_sec|_tan)?")
 STIFFEST = 1.21e12
 """Modulus in Pa of diamond along ⟨111⟩, by c11 = 1079, c12 = 124, c44 = 578 GPa (H. J. McSkimin, P. Andreatch, J. Appl.
 Phys. 43 (1972) 2944): no material is stiffer. A unit wrong by 1000 makes one that is."""
+ON_FILE = (
+    "{names:comma} of {report} rests on the file {paths:comma}, and so does {other}: they are taken for independent."
+)
 SHARE = 0.05
 """Part of u² of a result below which it does not matter what distribution a contribution has."""
 POOR = 1.3**2
@@ -55,6 +59,7 @@ def doubts(
     for names in (_of_readings(plan), _of_fits(campaign, plan), _of_imports(campaign, plan)):
         for name, more in names.items():
             of_names[name] = (*of_names.get(name, ()), *more)
+    plan.warnings.extend(_needless(campaign, [*found.values(), *of_names.values()]))
     again = list(_evaluated_again(campaign, plan))
     return {
         name: tuple(dict.fromkeys((
@@ -75,19 +80,35 @@ def _evaluated_again(campaign: Campaign, plan: Plan) -> Iterator[tuple[frozenset
     for pair in sorted(of_one_record(campaign), key=sorted):
         text = "{tests:comma} evaluate one record, which is taken for two."
         yield pair, Doubt("records", said(text, tests=tuple(sorted(pair))))
-    own = {table.source.sha256: owner[1] for owner, tables in campaign.tables.items() if owner[0] == "tests"
-           for table in tables}  # fmt: skip
+    yield from _imported_again(campaign, plan)
+
+
+def _imported_again(campaign: Campaign, plan: Plan) -> Iterator[tuple[frozenset[str], Doubt]]:
+    """Inputs of another campaign that rest on a record of another one, or of a test of this one."""
+    own = {owner[1]: {table.source.sha256 for table in tables} for owner, tables in campaign.tables.items()
+           if owner[0] == "tests"}  # fmt: skip
     for at, one in enumerate(campaign.imported):
         entered = plan.imported[one.about]
-        for path, sha in one.records:
-            text = "{names:comma} rests on the file '{path}', and so does {other}: they are taken for independent."
-            others = [(other.result, plan.imported[other.about]) for other in campaign.imported[:at]
-                      if other.report != one.report and any(sha == each for _, each in other.records)]  # fmt: skip
-            if sha in own:
-                others.append((own[sha], (own[sha],)))
-            for other, names in others:
-                for both in product(entered, names):
-                    yield frozenset(both), Doubt("records", said(text, names=entered, path=path, other=other))
+        known: dict[str, Value] = {"names": entered, "report": one.report}
+        for other in campaign.imported[:at]:
+            others = plan.imported[other.about]
+            if one.is_numbered and (other.report, other.result) == (one.report, one.result):
+                text = "{names:comma} and {others:comma} are one result of {report}, evaluated twice."
+                sentence = said(text, others=others, **known)
+            elif other.sha256 != one.sha256 and (paths := _of_files(one, {sha for _, sha in other.records})):
+                sentence = said(ON_FILE, paths=paths, other=other.result, **known)
+            else:
+                continue
+            yield from ((frozenset(both), Doubt("records", sentence)) for both in product(entered, others))
+        for test, files in own.items():
+            if paths := _of_files(one, files):
+                doubt = Doubt("records", said(ON_FILE, paths=paths, other=test, **known))
+                yield from ((frozenset((name, test)), doubt) for name in entered)
+
+
+def _of_files(one: Imported, files: Collection[str]) -> tuple[str, ...]:
+    """Files, by name, that the campaign of an imported result read, among those of some hashes."""
+    return tuple(path for path, sha in one.records if sha in files)
 
 
 def _matters(evaluation: Evaluation, name: str, given: str) -> bool:
@@ -133,6 +154,10 @@ def _of_imports(campaign: Campaign, plan: Plan) -> dict[str, tuple[Doubt, ...]]:
         if one.reasons:
             text = "{names:comma}: {result} of {report} is not judged in its own report: {reasons:space}"
             doubts.append(Doubt("imported result", said(text, reasons=one.reasons, **known)))
+        if one.accepted:
+            text = "{names:comma}: {result} of {report} is judged for what its own report accepts: {accepted:space}"
+            sentence = said(text, accepted=one.accepted, **known)
+            doubts.append(Doubt("imported result", sentence, acceptance=sentence))
         if one.lost:
             text = "{names:comma}: {result} of {report} enters with its standard uncertainty alone: {what}."
             doubts.append(Doubt("imported result", said(text, what=one.lost, **known), covered=True, shape=True))
@@ -150,6 +175,17 @@ def _of_imports(campaign: Campaign, plan: Plan) -> dict[str, tuple[Doubt, ...]]:
         for name in entered or plan.identities:
             found[name] = (*found.get(name, ()), *doubts)
     return found
+
+
+def _needless(campaign: Campaign, every: Sequence[Sequence[Doubt]]) -> Iterator[str]:
+    """Say of acceptances of what did not fail that they do nothing; of the checks of tests `_accepted` says so."""
+    used = {id(one.accepted) for group in every for one in group}
+    stated = [(name, one.accepted) for entries in (campaign.ensembles, campaign.fits) for name, one in entries.items()]
+    compared = [(one.title or said("comparison {number}", number=at + 1), one.accepted)
+                for at, one in enumerate(campaign.comparisons)]  # fmt: skip
+    for name, accepted in (*stated, *compared):
+        if accepted is not None and id(accepted) not in used:
+            yield said("{name}: an acceptance is stated, but nothing of it failed.", name=name)
 
 
 def _concerned(plan: Plan, name: str, test: str, doubt: Doubt) -> bool:

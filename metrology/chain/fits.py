@@ -11,9 +11,11 @@ import numpy as np
 
 from metrology import units
 from metrology.chain import independence, points
+from metrology.chain.axes import axis_unit, parameter_units, point_covariance, scatter_of, values_of
 from metrology.chain.extrapolation import beyond
 from metrology.chain.knowledge import value_of
 from metrology.chain.plan import Identity, Plan, Suspect
+from metrology.errors import faults_at
 from metrology.expression import Expression
 from metrology.findings import Fit as FitFinding
 from metrology.gum import fit as gum_fit
@@ -32,7 +34,7 @@ from metrology.method.instruments import fitted_curve
 
 if TYPE_CHECKING:
     from metrology.campaign.schema import Campaign
-    from metrology.declaration.fits import Axis, Fit, PointCorrelation, Prediction, Scatter
+    from metrology.declaration.fits import Fit, Prediction
     from metrology.gum.fit import Regression
 
 _CURVE_POINTS = 101
@@ -41,23 +43,28 @@ _CURVE_POINTS = 101
 def add_fits(plan: Plan, campaign: Campaign) -> None:
     """Fit everything; the parameters become inputs with their joint covariance, the predictions results."""
     for name, stated in campaign.fits.items():
-        x, y = _values(campaign, name, stated.x), _values(campaign, name, stated.y)
-        origin = stated.origin.si if stated.origin else 0.0
-        regression = _weighed(_regression(campaign, name, stated, x - origin, y), stated)
-        found = _finding(name, stated, regression, origin, parameter_units(stated))
-        plan.fits.append(found)
-        if not found.u:
-            plan.failed_fits[name] = found.sentence
-        if not regression.converged:
-            plan.failures.append(said("fit {name}: {sentence:quoted}", name=name, sentence=regression.sentence))
-            continue
-        known = gum_fit.knowledge(regression, name, parameter_units(stated))
-        plan.add_inputs(known.inputs.values())
-        plan.ensembles.extend(known.ensembles)
-        plan.correlate(known.correlations)
-        plan.redrawn.extend(known.redrawn)
-        _suspect(plan, campaign, name, regression)
-        _add_results(plan, campaign, name, regression)
+        with faults_at(campaign.at("fits", name)):
+            _add_fit(plan, campaign, name, stated)
+
+
+def _add_fit(plan: Plan, campaign: Campaign, name: str, stated: Fit) -> None:
+    x, y = values_of(campaign, name, stated.x), values_of(campaign, name, stated.y)
+    origin = stated.origin.si if stated.origin else 0.0
+    regression = _weighed(_regression(campaign, name, stated, x - origin, y), stated)
+    found = _finding(name, stated, regression, origin, parameter_units(stated))
+    plan.fits.append(found)
+    if not found.u:
+        plan.failed_fits[name] = found.sentence
+    if not regression.converged:
+        plan.failures.append(said("fit {name}: {sentence:quoted}", name=name, sentence=regression.sentence))
+        return
+    known = gum_fit.knowledge(regression, name, parameter_units(stated))
+    plan.add_inputs(known.inputs.values())
+    plan.ensembles.extend(known.ensembles)
+    plan.correlate(known.correlations)
+    plan.redrawn.extend(known.redrawn)
+    _suspect(plan, campaign, name, regression)
+    _add_results(plan, campaign, name, regression)
 
 
 def _suspect(plan: Plan, campaign: Campaign, name: str, regression: Regression) -> None:
@@ -75,7 +82,7 @@ def _suspect(plan: Plan, campaign: Campaign, name: str, regression: Regression) 
         design = regression.basis.gradient(np.asarray(regression.x), regression.basis.values)
         found = tuple(points.points(*data, design, _of_points(campaign, name, stated, regression)))
         if regression.p_value is None:
-            found += tuple(points.scattered(*data, design))
+            found += tuple(points.scattered(*data, design, _si_units(stated)))
     if found:
         one = Suspect(said("{name}: {found}.", name=name, found=found), stated.accepted)
         plan.suspect |= {f"{name}.{parameter}": (one,) for parameter in regression.names}
@@ -84,7 +91,7 @@ def _suspect(plan: Plan, campaign: Campaign, name: str, regression: Regression) 
 def _of_points(campaign: Campaign, name: str, stated: Fit, regression: Regression) -> Any:
     """Standard uncertainty of each point in y, with that in x by the slope there; ones where none is stated."""
     x, count = np.asarray(regression.x), len(regression.x)
-    u_x, u_y = (_scatter(campaign, name, scatter, count) for scatter in (stated.u_x, stated.u_y))
+    u_x, u_y = (scatter_of(campaign, name, scatter, count) for scatter in (stated.u_x, stated.u_y))
     if u_x is None:
         return np.ones(count) if u_y is None else u_y
     step = 1e-6 * float(np.ptp(x))
@@ -93,9 +100,9 @@ def _of_points(campaign: Campaign, name: str, stated: Fit, regression: Regressio
 
 
 def _regression(campaign: Campaign, name: str, stated: Fit, x: Any, y: Any) -> Regression:
-    u_x, u_y = (_scatter(campaign, name, scatter, len(y)) for scatter in (stated.u_x, stated.u_y))
+    u_x, u_y = (scatter_of(campaign, name, scatter, len(y)) for scatter in (stated.u_x, stated.u_y))
     expression = stated.model.expression
-    given = _point_covariance(stated.correlation, u_x, u_y)
+    given = point_covariance(stated.correlation, u_x, u_y)
     if expression is None:
         regression = line(x, y, **(given or {"u_x": u_x, "u_y": u_y}))
         return replace(regression, names=stated.parameters)
@@ -118,58 +125,6 @@ def _weighed(regression: Regression, stated: Fit) -> Regression:
     wider = gum_fit.scaled(regression)
     text = "{sentence} The uncertainties of the parameters are multiplied by √(χ²/ν) = {s:.3g}."
     return replace(wider, s=None, sentence=said(text, sentence=regression.sentence, s=float(wider.s or 0.0)))
-
-
-def _point_covariance(stated: PointCorrelation | None, u_x: Any, u_y: Any) -> dict[str, Any]:
-    """Return the covariance of the points: of y alone, or of x and y stacked; nothing where they are independent."""
-    if stated is None or u_y is None:
-        return {}
-    within_y = _matrix(stated.y, len(u_y)) * np.outer(u_y, u_y)
-    if u_x is None:
-        return {"covariance": within_y}
-    within_x = _matrix(stated.x, len(u_x)) * np.outer(u_x, u_x)
-    between = np.diag(np.broadcast_to(np.asarray(stated.xy or 0.0, dtype=float), len(u_x)) * u_x * u_y)
-    return {"covariance": np.block([[within_x, between], [between, within_y]])}
-
-
-def _matrix(coefficient: float | tuple[tuple[float, ...], ...] | None, size: int) -> Any:
-    if coefficient is None:
-        return np.eye(size)
-    if isinstance(coefficient, float | int):
-        return np.full((size, size), coefficient) + (1 - coefficient) * np.eye(size)
-    return np.asarray(coefficient, dtype=float)
-
-
-def _values(campaign: Campaign, name: str, axis: Axis, *, difference: bool = False) -> Any:
-    """Return the values of an axis in SI."""
-    if axis.column is not None:
-        (table,) = campaign.tables["fits", name]
-        return table.numbers[axis.column]
-    unit = units.unit(axis.unit)
-    return np.array([unit.in_si(value, difference=difference) for value in axis.values or ()])
-
-
-def _scatter(campaign: Campaign, name: str, scatter: Scatter | None, size: int) -> Any:
-    if scatter is None:
-        return None
-    if scatter.value is not None:
-        return np.full(size, scatter.value.si)
-    return _values(campaign, name, scatter, difference=True)
-
-
-def axis_unit(axis: Axis) -> str:
-    """Return the unit in which an axis is written."""
-    if axis.column is None:
-        return axis.unit
-    return axis.column.partition("/")[2].strip() or "1"
-
-
-def parameter_units(stated: Fit) -> tuple[str, ...]:
-    """Return the SI units of the parameters."""
-    if not stated.model.is_line:
-        return tuple(start.si_unit for start in stated.model.start.values())
-    x, y = units.dimension(axis_unit(stated.x)), units.dimension(axis_unit(stated.y))
-    return units.si_unit(axis_unit(stated.y)), units.si_unit(y / x)
 
 
 def _add_results(plan: Plan, campaign: Campaign, name: str, regression: Regression) -> None:
@@ -227,11 +182,16 @@ def _value(function: Any, key: str) -> Any:
 def _inverse(function: Any, stated: Fit, regression: Regression, given: Input) -> Any:
     name = given.name.partition(".")[0]
     if not stated.model.is_line:
-        x0 = crossing(regression, given.value, given.name)
+        x0 = crossing(regression, given.value, given.name, _si_units(stated))
         members = tuple(f"{name}.{parameter}" for parameter in stated.parameters)
         return equation(function, given.name, members, x0, float(np.ptp(regression.x)))
     origin = stated.origin.si if stated.origin else 0.0
     return lambda ns: origin + (ns[given.name] - ns[f"{name}.intercept"]) / ns[f"{name}.slope"]
+
+
+def _si_units(stated: Fit) -> tuple[str, str]:
+    """SI units of x and y."""
+    return units.si_unit(axis_unit(stated.x)), units.si_unit(axis_unit(stated.y))
 
 
 def _unbounded(campaign: Campaign, full: str, regression: Regression, given: Input) -> Iterator[str]:

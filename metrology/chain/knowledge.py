@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from metrology import units
 from metrology.chain import independence
 from metrology.chain.plan import Identity, Plan, Suspect
 from metrology.declaration.quantity import Stated
@@ -20,7 +19,7 @@ from metrology.gum.evaluation import Measurand
 from metrology.gum.inputs import Component, Ensemble, Input
 from metrology.gum.readings import simultaneous, type_a
 from metrology.gum.rounding import readable
-from metrology.message import said
+from metrology.message import counted, said
 from metrology.units import convert, si_unit
 
 if TYPE_CHECKING:
@@ -126,8 +125,9 @@ def _add_groups(plan: Plan, campaign: Campaign, name: str) -> None:
     squares = {one.name: f"{name}.MS_{one.name}" for one in found.strata}
     for one in found.strata:
         known = MeanSquare(one.mean_square, one.dof)
-        part = Component(said("mean square"), known, inf, "A", said("{dof} degrees of freedom", dof=one.dof))
-        square = si_unit(units.dimension(unit) * units.dimension(unit))
+        source = counted("1 degree of freedom", "{count} degrees of freedom", one.dof)
+        part = Component(said("mean square"), known, inf, "A", source)
+        square = si_unit(f"({si_unit(unit)})^2")
         plan.add_inputs(
             [Input(squares[one.name], one.mean_square, (part,), square, said("mean square, {name}", name=one.name))]
         )

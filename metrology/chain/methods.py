@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from metrology import raw
 from metrology.chain import diagnosis
 from metrology.chain.items import test_items
-from metrology.errors import Fault, MetrologyError
+from metrology.errors import Fault, MetrologyError, faults_at
 from metrology.message import said
 from metrology.method import Task
 from metrology.methods import METHODS
@@ -45,7 +45,8 @@ def add_test(plan: Plan, campaign: Campaign, name: str, progress: Progress) -> F
     method = METHODS[test.method]
     task = Task(plan, campaign, name, test, method, progress)
     failed = len(plan.failures)
-    analysed = method.analyse(task)
+    with faults_at(campaign.at("tests", name)):
+        analysed = method.analyse(task)
     if len(plan.failures) == failed:
         _check_results(plan, campaign, task)
     plan.ready[name] = analysed.ready

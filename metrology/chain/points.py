@@ -11,6 +11,7 @@ from scipy.special import fdtrc
 from scipy.stats import rankdata
 
 from metrology.chain.independence import BLOCK, about_means, alike, ordered, shown, twice
+from metrology.gum.rounding import readable
 from metrology.message import said
 from metrology.raw import CHANCE, SAME, divisor
 from metrology.timeseries import Floats
@@ -72,8 +73,11 @@ def points(x: Any, y: Any, residuals: Any, design: Any, u: Any) -> Iterator[str]
         yield said(text, p=shown(p))
 
 
-def scattered(x: Any, y: Any, residuals: Any, design: Any) -> Iterator[str]:
-    """What forbids that the scatter of points alone is their uncertainty, in words; arguments as of `points`."""
+def scattered(x: Any, y: Any, residuals: Any, design: Any, units: tuple[str, str]) -> Iterator[str]:
+    """What forbids that the scatter of points alone is their uncertainty, in words; arguments as of `points`.
+
+    `units`: SI units of x and y.
+    """
     x, y, rest = (np.asarray(data, dtype=float) for data in (x, y, residuals))
     n, p = np.shape(design)
     steps = np.diff(np.unique(y))
@@ -83,14 +87,14 @@ def scattered(x: Any, y: Any, residuals: Any, design: Any) -> Iterator[str]:
     # Errors of rounding are anywhere within half a step, whatever x is.
     if is_rounded and 2 * most < step and (2 * most / step) ** (n - p) < CHANCE:
         text = (
-            "y is in steps of {step:.3g} in SI, and no point is farther than {most:.3g} off the fit: what rounding "
+            "y is in steps of {step:figures}, and no point is farther than {most:figures} off the fit: what rounding "
             "left out is in no scatter, state 'u_y'"
         )
-        yield said(text, step=step, most=most)
+        yield said(text, step=readable(step, units[1], 3), most=readable(most, units[1], 3))
     weight = np.square(np.linalg.qr(np.asarray(design, dtype=float))[0]).sum(axis=1)
     if float(weight.max()) > ALONE:
-        text = "the fit rests on one point alone, at x = {x:.4g} in SI, whose error shows in no residual: state 'u_y'"
-        yield said(text, x=float(x[weight.argmax()]))
+        text = "the fit rests on one point alone, at x = {x:figures}, whose error shows in no residual: state 'u_y'"
+        yield said(text, x=readable(float(x[weight.argmax()]), units[0], 4))
 
 
 def bent(x: Floats, residuals: Floats, design: Floats, u: Floats) -> float:

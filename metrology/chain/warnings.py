@@ -56,7 +56,7 @@ def of_results(campaign: Campaign, results: tuple[Result, ...]) -> list[str]:
     found += attained.too_narrow(results, campaign.coverage_probability)
     for result in (one for one in known if one.u == 0):
         text = "{name} has u = 0: nothing that it depends on carries an uncertainty, or its readings do not scatter."
-        if any(row.contribution for row in result.budget):
+        if any(row.u for row in result.budget):
             text = "{name} has u = 0: the uncertainties that it depends on cancel, as they are one."
         found.append(said(text, name=result.name))
     return found

@@ -48,7 +48,8 @@ class Exclusion(Entry):
     )
     line: Integer | None = Field(
         None,
-        description="Line of the file; the heading is line 1. Only a release of a free decay goes as a whole.",
+        description="Line of the file; the heading is line 1. Only a release of a free decay, or a specimen of a "
+        "testing machine, goes as a whole.",
         examples=["14"],
     )
     reason: Filled = Field(description="Why the reading is not used.", examples=["indicator knocked"])

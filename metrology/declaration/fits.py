@@ -147,7 +147,7 @@ class Prediction(Entry):
     """A point at which the fit is used: y at a stated x, or x at a stated y."""
 
     name: Symbol = Field(description="Name of the result: `<fit>.<name>`.", examples=["b30"])
-    x: Annotated[Stated | None, ValueOnly()] = Field(None, description="Where to predict y.", examples=["30 degC"])
+    x: Stated | None = Field(None, description="Where to predict y.", examples=["30 degC"])
     y: Stated | None = Field(
         None,
         description="Where to find x (inverse prediction): on a line, or on a curve within the range of its data.",

@@ -12,6 +12,7 @@ from typing import Any
 from metrology import audit_trail
 from metrology.errors import Fault, MetrologyError, own_text
 from metrology.findings import Findings, Result, from_json
+from metrology.judged import is_on
 from metrology.report import staging
 
 NAME = "results.json"
@@ -132,13 +133,15 @@ def results(findings: Findings, file: str) -> Iterator[Row]:
 
 
 def _verdicts(findings: Findings, result: Result) -> str:
-    given = [f"{v.requirement}: {v.verdict}" for v in findings.conformity if v.result == result.name]
-    return "; ".join(given + [f"{w.requirement}: not judged" for w in findings.withheld if w.result == result.name])
+    given = [f"{v.requirement}: {v.verdict}" for v in findings.conformity if is_on(v.result, result.name)]
+    return "; ".join(
+        given + [f"{w.requirement}: not judged" for w in findings.withheld if is_on(w.result, result.name)]
+    )
 
 
 def _doubts(findings: Findings, result: Result) -> tuple[str, ...]:
     """What forbids a pass; of a version that does not write it with the result, why verdicts on it were withheld."""
-    withheld = (reason for entry in findings.withheld if entry.result == result.name for reason in entry.reasons)
+    withheld = (reason for entry in findings.withheld if is_on(entry.result, result.name) for reason in entry.reasons)
     return tuple(dict.fromkeys((*result.doubts, *withheld)))
 
 

@@ -11,6 +11,7 @@ from statistics import fmean, median, stdev
 
 from metrology.export.collect import Row
 from metrology.gum.rounding import significant
+from metrology.judged import is_on
 
 LEAST = 4
 """Points below which there is no chart: limits from fewer would be guesses."""
@@ -77,7 +78,7 @@ def chart(rows: tuple[Row, ...], name: str) -> Chart:
     and against their median and median absolute deviation. A result that its own report does not judge is no point, nor
     is one without a date or a value, one of a report that another one replaces, or one that is there twice.
     """
-    there = [row for row in rows if row.name == name]
+    there = [row for row in rows if is_on(name, row.name)]
     reasons_by_row = [(row, _why_not(row) or _why_not_beside(row, there)) for row in there]
     found = [row for row, why in reasons_by_row if not why]
     left_out = tuple(f"{row.report or row.file}: {why}" for row, why in reasons_by_row if why)

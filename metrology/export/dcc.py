@@ -8,11 +8,14 @@ from xml.etree.ElementTree import Element, indent, register_namespace, tostring
 
 from metrology.errors import Fault, MetrologyError
 from metrology.export.markup import DCC, SI, consensus, contact, element, identifications, quantity, software, words
+from metrology.judged import is_on
 from metrology.language.attention import attention
 from metrology.language.catalogue import english
+from metrology.report.limits import limits
+from metrology.summary import missing
 
 if TYPE_CHECKING:
-    from metrology.findings import Conformity, Findings, InstrumentState, Result, TestItem
+    from metrology.findings import Findings, InstrumentState, Result, TestItem
 
 VERSION = "3.3.0"
 ONLY = "The results relate only to the items tested."
@@ -47,7 +50,8 @@ def certificate(findings: Findings, *, version: str = VERSION) -> bytes:
     results = element(root, "measurementResults")
     for test in findings.tests:
         _test(results, findings, test)
-    own = [result for result in findings.results if not result.test]
+    tests = {test.id for test in findings.tests}
+    own = [result for result in findings.results if result.test not in tests]
     if own:
         _derived(results, findings, own)
     _agreed(results, findings)
@@ -114,8 +118,7 @@ def _core(parent: Element, findings: Findings) -> None:
         element(parent, "receiptDate", received[-1])
     element(parent, "beginPerformanceDate", days[0])
     element(parent, "endPerformanceDate", days[-1])
-    at_home = campaign.place.casefold() in ("", "laboratory")
-    element(parent, "performanceLocation", "laboratory" if at_home else "other")
+    element(parent, "performanceLocation", "laboratory" if campaign.place.casefold() == "laboratory" else "other")
     element(parent, "issueDate", campaign.issued)
 
 
@@ -132,7 +135,9 @@ def _items(parent: Element, findings: Findings) -> None:
 
 def _statements(parent: Element, findings: Findings) -> None:
     campaign = findings.campaign
-    texts = [ONLY, campaign.reconstructed]
+    texts = [ONLY, campaign.reconstructed, *(f"DRAFT: {text}." for text in missing(findings))]
+    if not any(test.date for test in findings.tests):
+        texts.append("No date of a test is stated: that of issue stands for begin and end.")
     if campaign.replaces:
         older = campaign.replaces
         texts.append(f"Amended report: it replaces {older.number} of {older.date}: {older.reason}")
@@ -158,7 +163,7 @@ def _test(parent: Element, findings: Findings, test: TestItem) -> None:
     if test.environment:
         _conditions(element(made, "influenceConditions"), test)
     _results(made, results, test.title)
-    _verdicts(made, [v for v in findings.conformity if v.result in {result.name for result in results}])
+    _verdicts(made, findings, results)
 
 
 def _derived(parent: Element, findings: Findings, results: list[Result]) -> None:
@@ -166,8 +171,7 @@ def _derived(parent: Element, findings: Findings, results: list[Result]) -> None
     words(made, "name", "Derived quantities")
     software(made, "usedSoftware", sorted(findings.software.items()))
     _results(made, results, "Derived quantities")
-    names = {result.name for result in results}
-    _verdicts(made, [entry for entry in findings.conformity if entry.result in names])
+    _verdicts(made, findings, results)
 
 
 def _agreed(parent: Element, findings: Findings) -> None:
@@ -186,10 +190,11 @@ def _equipment(parent: Element, used: list[InstrumentState]) -> None:
     for item in used:
         made = element(parent, "measuringEquipment")
         words(made, "name", f"{item.kind} {item.id}")
-        words(made, "description", "; ".join(filter(None, (item.certificate, item.uncertainty, item.state))))
+        state = item.sentence or item.state
+        words(made, "description", "; ".join(filter(None, (item.certificate, item.uncertainty, state))))
         if item.model:
             element(made, "model", item.model)
-        identifications(made, "manufacturer", item.serial or "no serial number")
+        identifications(made, "manufacturer" if item.serial else "other", item.serial or "no serial number")
 
 
 def _conditions(parent: Element, test: TestItem) -> None:
@@ -211,14 +216,15 @@ def _result(parent: Element, title: str) -> Element:
     return made
 
 
-def _verdicts(parent: Element, verdicts: list[Conformity]) -> None:
+def _verdicts(parent: Element, findings: Findings, results: list[Result]) -> None:
+    verdicts = [entry for entry in findings.conformity if any(is_on(entry.result, result.name) for result in results)]
     if not verdicts:
         return
     made = element(parent, "measurementMetaData")
     for entry in verdicts:
         statement = element(made, "metaData")
         words(statement, "name", entry.requirement)
-        words(statement, "description", entry.text or entry.result)
+        words(statement, "description", f"{entry.text or entry.result}. Limits of {entry.result}: {limits(entry)}.")
         if entry.source:
             element(statement, "norm", entry.source)
         words(statement, "declaration", f"{entry.rule}. {entry.sentence}")

@@ -55,8 +55,9 @@ def _conforming(output: Output, limits: Limits, prior: Prior | None, shift: floa
 def _posterior(output: Output, limits: Limits, prior: Prior, shift: float) -> tuple[float, float]:
     inside, outside = output.posterior(prior, limits, shift)
     if not inside + outside > 0:
-        got, expected = "a result where the prior has no probability", "a prior that allows the result"
-        raise MetrologyError(Fault("prior", got, expected, "look at both"))
+        got = f"a result of {output.value:.6g} in SI units, where the prior has no probability"
+        fix = "correct the one that is wrong: the prior, the limits or the readings"
+        raise MetrologyError(Fault("prior", got, "a prior that allows the result", fix))
     return inside / (inside + outside), outside / (inside + outside)
 
 

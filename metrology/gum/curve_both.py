@@ -60,7 +60,8 @@ def curve_both(
     P. T. Boggs, R. H. Byrd, R. B. Schnabel, SIAM J. Sci. Stat. Comput. 8 (1987) 1052; JCGM 100:2008 5.2.
     """
     if u_y is None:
-        raise MetrologyError(Fault("fit", "uncertainties of x alone", "those of y as well"))
+        fix = "state 'u_y', or exchange 'x' and 'y'"
+        raise MetrologyError(Fault("u_x", "uncertainties of x alone", "'u_y' as well", fix))
     n = np.size(y)
     given = {"u_x": spread(u_x, n), "u_y": spread(u_y, n)}
     points, values = checked(x, y, given, parameters=len(start))

@@ -52,7 +52,8 @@ def line_both(
     n = np.size(y)
     given = {"u_x": spread(u_x, n), "u_y": spread(u_y, n)}
     if covariance is None and (u_x is None or u_y is None):
-        raise MetrologyError(Fault("fit", "uncertainties of x alone", "those of y as well", "or swap x and y"))
+        fix = "state 'u_y', or exchange 'x' and 'y'"
+        raise MetrologyError(Fault("u_x", "uncertainties of x alone", "'u_y' as well", fix))
     points, values = checked(x, y, {**given, "covariance": None if covariance is None else np.ones(n)}, parameters=2)
     distinct(points, 2)
     blocks = stated_blocks(given, correlation, covariance, n)

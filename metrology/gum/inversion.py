@@ -13,6 +13,7 @@ from metrology.errors import Fault, MetrologyError
 from metrology.gum.fit import LINE, Regression, predict
 from metrology.gum.inputs import Input
 from metrology.gum.law import coverage_factor, effective_dof
+from metrology.gum.rounding import readable
 from metrology.message import said
 
 _STEP = 1e-100
@@ -133,7 +134,7 @@ def equation(
     return solve
 
 
-def crossing(fit: Regression, y: float, where: str) -> float:
+def crossing(fit: Regression, y: float, where: str, units: tuple[str, str] = ("1", "1")) -> float:
     """The one x at which the curve takes `y` within the range of the data.
 
     Parameters
@@ -144,6 +145,8 @@ def crossing(fit: Regression, y: float, where: str) -> float:
         In the unit of its y.
     where : str
         What an error names.
+    units : tuple of str
+        SI units of x and y, for an error.
 
     Returns
     -------
@@ -155,10 +158,13 @@ def crossing(fit: Regression, y: float, where: str) -> float:
     MetrologyError
         Where there is none, or more than one, or the curve is flat there.
     """
-    found = inverse(fit, y, between=(float(np.min(fit.x)), float(np.max(fit.x))))
+    low, high = float(np.min(fit.x)), float(np.max(fit.x))
+    found = inverse(fit, y, between=(low, high))
     if found.value is None:
-        expected = "a value that the curve takes once within the range of its data"
-        raise MetrologyError(Fault(where, f"y = {y:g}", expected, found.sentence))
+        ends = " to ".join(readable(end, units[0], 4) for end in (low, high))
+        expected = f"a value that the curve takes once within the range of its data, x = {ends}"
+        fix = "state another one, or leave it out"
+        raise MetrologyError(Fault(where, f"y = {readable(y, units[1], 4)}", expected, fix))
     return found.value
 
 

@@ -15,6 +15,8 @@ from metrology.gum.inputs import Floats
 if TYPE_CHECKING:
     from metrology.gum.output import Output
 
+ROUNDING = 1e-12
+"""Part of a number by which a sum or a unit moves it: 0.1 mm + 0.2 mm is 0.3 mm, no u is as small."""
 _NODES = 24
 _REACH = 38.0
 _QUANTILES = (1e-6, 1e-5, 1e-4, 1e-3, *(0.01 * i for i in range(1, 100)), 0.999, 0.9999, 0.99999, 0.999999)
@@ -33,8 +35,13 @@ class Limits:
             raise MetrologyError(Fault("limits", f"{self.lower} to {self.upper}", "one or two finite limits"))
 
     def holds(self, value: float) -> bool:
-        """Whether a value lies in the interval, ends included."""
-        return (self.lower is None or value >= self.lower) and (self.upper is None or value <= self.upper)
+        """Whether a value lies in the interval, ends included, up to what binary arithmetic leaves of decimal ones."""
+
+        def near(end: float) -> bool:
+            return abs(value - end) <= ROUNDING * max(abs(end), abs(value))
+
+        above = self.lower is None or value >= self.lower or near(self.lower)
+        return above and (self.upper is None or value <= self.upper or near(self.upper))
 
     @property
     def empty(self) -> bool:

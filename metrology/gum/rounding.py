@@ -21,7 +21,7 @@ def significant(value: float, u: float, digits: int = 2) -> tuple[str, str]:
     """Texts of value and standard uncertainty, u to `digits` significant digits and the value to the same place.
 
     Numbers that would need many zeros share a power of ten: ``("5.67037e-8", "0.00002e-8")``. With u = 0 the value is
-    given in full; a number that is not finite is ``"undefined"``, an infinite u ``"infinite"``.
+    given in full, up to fifteen digits; a number that is not finite is ``"undefined"``, an infinite u ``"infinite"``.
 
     Parameters
     ----------
@@ -50,7 +50,8 @@ def significant(value: float, u: float, digits: int = 2) -> tuple[str, str]:
     """
     if not isfinite(value) or not isfinite(u):
         return (repr(value) if isfinite(value) else "undefined"), _unbounded(u)
-    value_decimal, u_decimal = Decimal(repr(value)), Decimal(repr(u))
+    # Beyond fifteen digits a sum of decimal numbers has what binary arithmetic leaves of it.
+    value_decimal, u_decimal = Decimal(repr(value) if u else f"{value:.15g}"), Decimal(repr(u))
     place = _place(u_decimal, digits) if u_decimal else _last_place(value_decimal)
     exponent = _common_exponent(value_decimal, u_decimal, place)
     value_text, u_text = (_text(number, place, exponent) for number in (value_decimal, u_decimal))

@@ -11,6 +11,7 @@ from metrology.language.notices import (
     ORDER,
     PROVIDED,
     Notice,
+    accepted,
     basis,
     diagnosed,
     instrument,
@@ -54,6 +55,7 @@ def _full(findings: Findings, language: Language) -> Iterator[Notice]:
         yield "Comparison", language.say(text, **known)
     for row in (one for one in findings.audit if not one.agrees):
         yield "Audit", language.say("{figure}: {sentence}", figure=row.figure, sentence=row.sentence)
+    yield from (("Accepted", sentence) for sentence in accepted(findings, called, language))
     for one in campaign.provided:
         yield PROVIDED[one.role], language.say("{what}, from {by}", what=one.what, by=one.by)
     yield from (("Deviation", text) for text in campaign.deviations)

@@ -248,14 +248,19 @@ def chance(probability: float, resolution: float = 0.0) -> str:
 def normalised(en: float | None) -> str:
     """E_n, the same wherever it stands: two decimals, none beyond ten, where it only says that two values differ.
 
+    One beside the limit has as many decimals as tell on which side it lies.
+
     Examples
     --------
-    >>> normalised(-1.4949), normalised(-0.001), normalised(129.34), normalised(None)
-    ('−1.49', '0.00', '129', '–')
+    >>> normalised(-1.4949), normalised(-0.001), normalised(129.34), normalised(1.0006), normalised(None)
+    ('−1.49', '0.00', '129', '1.0006', '–')
     """
     if en is None or not isfinite(en):
         return "–"
-    text = f"{en:.{2 if abs(en) < 10 else 0}f}"
+    digits = 2 if abs(en) < 10 else 0
+    while abs(en) != 1 and abs(round(en, digits)) == 1 and digits < 15:
+        digits += 1
+    text = f"{en:.{digits}f}"
     return text.removeprefix("-") if not float(text) else text.replace("-", "−")
 
 

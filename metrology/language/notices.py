@@ -21,8 +21,8 @@ CELLS = 3 * 46
 MOST = 2
 """Excluded readings of one test, or deviations of one campaign, that the certificate names one by one."""
 ORDER = (
-    "Failure", "Withheld", "Check", "Model", "Diagnosis", "Fit", "Instrument", "Anomaly", "Excluded", "Comparison",
-    "Audit", "Customer", "External", "Deviation", "Note",
+    "Failure", "Withheld", "Check", "Accepted", "Model", "Diagnosis", "Fit", "Instrument", "Anomaly", "Excluded",
+    "Comparison", "Audit", "Customer", "External", "Deviation", "Note",
 )  # fmt: skip
 """Kinds of notice, the gravest first."""
 WARNS = ("Withheld", "Check", "Model", "Diagnosis", "Fit", "Comparison", "Audit")
@@ -101,7 +101,7 @@ def _brief_models(findings: Findings, called: Called, language: Language) -> Ite
 
 def _brief_judgements(findings: Findings, called: Called, language: Language) -> Iterator[Notice]:
     for entry in findings.withheld:
-        why = _first(by_name(language.quoted(entry.reasons[0]), called))
+        why = _first(by_name(language.quoted(entry.reasons[0]), called)).removeprefix(f"{entry.requirement}: ")
         yield "Withheld", language.say("No verdict on {requirement}: {why}", requirement=entry.requirement, why=why)
     for name in findings.unjudged:
         if name not in {entry.requirement for entry in findings.withheld}:
@@ -158,8 +158,15 @@ def _brief_campaign(findings: Findings, called: Called, language: Language) -> I
         if given:
             yield kind, f"{language.word('; ').join(given)}."
     yield from _deviations("", campaign.deviations, language)
+    yield from (("Accepted", sentence) for sentence in accepted(findings, called, language))
     for sentence in (one for one in findings.warnings if not said_anyway(one, findings)):
         yield "Note", _first(by_name(language.quoted(sentence), called))
+
+
+def accepted(findings: Findings, called: Called, language: Language = ENGLISH) -> Iterator[str]:
+    """What the laboratory accepts, whole: person and reason are its last words."""
+    for sentence in dict.fromkeys(sentence for one in findings.results for sentence in one.accepted):
+        yield by_name(language.quoted(sentence), called)
 
 
 def refuted(findings: Findings, called: Called, language: Language = ENGLISH) -> Iterator[str]:
@@ -272,6 +279,8 @@ _END = re.compile(r"(?<=[a-zß-ÿ\d)%»][.!?])\s+(?=[A-ZÀ-ÞΑ-Ω¿«])")
 def said_anyway(sentence: str, findings: Findings) -> bool:
     """Whether the page says it anyway: as a notice of another kind, or by the mark of Monte Carlo in its table."""
     if any(sentence == one.sentence for one in findings.notices if one.kind in WARNS):
+        return True
+    if any(sentence in one.accepted for one in findings.results):
         return True
     starts = [f"Instrument {item.id}: " for item in findings.instruments]
     return sentence.startswith(

@@ -86,6 +86,7 @@ class Reader:
                 self.log.note(said("'{text}' under '{heading}' was read as a gap", text=text, heading=item.heading))
             return nan
         plain = text.replace(",", ".") if self.decimal == "," and "." not in text else text
+        plain = plain.replace("−", "-")
         if _NUMBER.fullmatch(plain) and (self.decimal == "." or "." not in text):
             if abs(value := float(plain)) <= units.LARGEST:
                 return value
@@ -153,6 +154,8 @@ class Reader:
                 before, now = values[row - 1], values[row]
                 got = f"the time stamp {now:.15g} a second time" if now == before else f"{now:.15g} after {before:.15g}"
                 fix = "'rows: [first, last]' in the campaign file says which lines are used"
+                if (np.diff(values) < 0).all():
+                    fix = "every line is earlier than the one before it: sort the lines by time"
                 self.log.fault(
                     int(rows[row]), got, "time stamps that increase", fix, column=item.heading, cause="before"
                 )

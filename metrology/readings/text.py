@@ -167,7 +167,8 @@ class _Rows:
             if self.width == 1:
                 fix += ", unless 'separator: semicolon' and 'decimal: comma' are stated"
         fix = fix or ("the file may be cut short" if number == self.last else "")
-        got, expected = f"{len(cells)} cells in {quoted(line)}", f"{self.width}, as in the heading"
+        got = f"{len(cells)} cell{'' if len(cells) == 1 else 's'} in {quoted(line)}"
+        expected = f"{self.width}, as in the heading"
         self.log.fault(number, got, expected, fix, cause=f"{len(cells)} cells{fix}")
         return []
 

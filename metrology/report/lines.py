@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import isfinite
 
-from metrology.findings import Findings, Result
+from metrology.findings import Conformity, Findings, Result, Withheld
+from metrology.judged import is_on
+from metrology.language.catalogue import ENGLISH, Language
 from metrology.language.columns import aligned, width
 from metrology.language.display import Shown, estimate, like, rounded
 from metrology.methods import METHODS
@@ -22,7 +25,8 @@ WIDEST = 9
 class Line:
     """One result as a line of a table: texts of the framework (`shown`) and of Monte Carlo, shortest and symmetric.
 
-    `value`, `u`, `low` and `high` are those that are reported, aligned with other lines.
+    `value`, `u`, `low` and `high` are those that are reported, aligned with other lines. `own`: its name in the
+    campaign, where another line reads as it does.
     """
 
     result: Result
@@ -38,6 +42,7 @@ class Line:
     high: str = ""
     expanded: str = ""
     before: Shown | None = None
+    own: str = ""
 
     @property
     def leads(self) -> Shown:
@@ -51,13 +56,33 @@ class Line:
 
 def all_lines(findings: Findings) -> list[Line]:
     """Every result as a line, in the order of the findings."""
-    samples = {sample.id: sample.name for sample in findings.samples}
-    return [_line(result, f"result-{i}", samples) for i, result in enumerate(findings.results, 1)]
+    twice = Counter(sample.name for sample in findings.samples)
+    samples = {sample.id: sample.name if twice[sample.name] == 1 else f"{sample.name} ({sample.id})"
+               for sample in findings.samples}  # fmt: skip
+    lines = [_line(result, f"result-{i}", samples) for i, result in enumerate(findings.results, 1)]
+    read = [(line.sample, line.result.quantity, line.name, line.result.method) for line in lines]
+    alike = Counter(words for line, words in zip(lines, read, strict=True) if line.result.headline)
+    return [replace(line, own=line.result.name) if alike[words] > 1 else line
+            for line, words in zip(lines, read, strict=True)]  # fmt: skip
 
 
 def main_results(findings: Findings) -> list[Line]:
     """The results that page 1 shows, each by itself: value, u and U in its display unit."""
     return [replace(line, expanded=_expanded(line.result)) for line in all_lines(findings) if line.result.headline]
+
+
+def whose(entry: Conformity | Withheld, lines: Sequence[Line], language: Language = ENGLISH) -> str:
+    """Item and method of the result that a requirement is on, where page 1 has others of its symbol.
+
+    Source: ISO/IEC 17025:2017, 7.8.6.2 a.
+    """
+    alike = [line for line in lines if line.result.quantity.rpartition(".")[2] == entry.quantity]
+    found = next((line for line in alike if is_on(entry.result, line.result.name)), None)
+    if found is None or len(alike) == 1:
+        return ""
+    name = found.own or (found.result.quantity if "." in found.result.quantity else "")
+    method = "" if found.result.method == "derived" else language.word(found.result.method, "method")
+    return ", ".join(word for word in (found.sample, name or method) if word)
 
 
 def _line(result: Result, anchor: str, samples: Mapping[str, str]) -> Line:

@@ -56,10 +56,12 @@ def names(findings: Findings, language: Language = ENGLISH) -> dict[str, Any]:
 
 def stated(findings: Findings, language: Language = ENGLISH) -> str:
     """State of a report in words."""
-    return state(checklist.lacking(findings), signed=bool(findings.campaign.signatures), language=language)
+    campaign = findings.campaign
+    listed = "quality" in campaign.parts
+    return state(checklist.lacking(findings), signed=bool(campaign.signatures), listed=listed, language=language)
 
 
-def state(missing: Sequence[Row], *, signed: bool, language: Language = ENGLISH) -> str:
+def state(missing: Sequence[Row], *, signed: bool, listed: bool = True, language: Language = ENGLISH) -> str:
     """State of the report in words; it is issued by its signatures, which the signed file holds.
 
     Parameters
@@ -68,6 +70,8 @@ def state(missing: Sequence[Row], *, signed: bool, language: Language = ENGLISH)
         What its checklists ask for and the campaign does not give.
     signed : bool
         Whether the campaign names who signs.
+    listed : bool
+        Whether the report says which they are.
     language : Language
         In which it is said.
     """
@@ -75,6 +79,12 @@ def state(missing: Sequence[Row], *, signed: bool, language: Language = ENGLISH)
         return language.say("Complete, but not to be issued: the campaign names nobody who signs")
     if not missing:
         return language.say("Complete, to be signed; it is issued once signed")
+    if not listed:
+        return language.count(
+            "Draft: {count} item of the checklist is missing",
+            "Draft: {count} items of the checklist are missing",
+            len(missing),
+        )
     return language.count(
         "Draft: {count} item of the checklist is missing (see the annex)",
         "Draft: {count} items of the checklist are missing (see the annex)",

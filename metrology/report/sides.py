@@ -13,6 +13,7 @@ from metrology.language.catalogue import Language
 from metrology.report import quality
 from metrology.report.fonts import visible
 from metrology.report.limits import limits
+from metrology.report.lines import whose
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -92,6 +93,7 @@ class Sides:
             "described": lambda line: self.each(lambda language: described(line, language)),
             "agreed_by": lambda group: self.each(lambda language: agreed_by(group, language)),
             "rule": lambda entry: self.each(lambda language: quality.rule_name(entry, language)),
+            "whose": lambda entry, lines: self.each(lambda language: whose(entry, lines, language)),
             "within": lambda entry: self.each(lambda language: limits(entry, language)),
             "tested": self._tested,
             "kind_of": lambda kind, code: self._in(code).word(kind, "notice"),
@@ -134,7 +136,7 @@ def _with_visible(translate: Any) -> Any:
 def described(line: Line, language: Language) -> str:
     """What a result is, and by which method: ``stiffness, elongation``."""
     method = line.result.method
-    words = (language.word(line.name), "" if method == "derived" else language.word(method, "method"))
+    words = (language.word(line.name), "" if method == "derived" else language.word(method, "method"), line.own)
     return ", ".join(word for word in words if word)
 
 

@@ -168,7 +168,7 @@ def _of_budget(node: Mapping[str, Any], path: str) -> Iterator[tuple[str, float]
     if "budget" in node and "framework" in node:
         u = node["framework"]["u"]
         for at, row in enumerate(node["budget"]):
-            part = abs(row["contribution"]) or u
+            part = abs(row["contribution"]) or u or 1.0
             for key in ("contribution", "u", "sensitivity"):
                 loose = min(max(OF_U * u / part, OF_U), MOST if part > RELATIVE * u else math.inf)
                 yield f"{path}budget[{at}].{key}", abs(row.get(key) or 0.0) * loose / RELATIVE

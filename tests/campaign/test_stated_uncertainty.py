@@ -157,6 +157,7 @@ OTHERWISE = {
     ("StatedRig", "inertia"): "the mass of a rig that turns",
     ("StatedRig", "taut"): "a parameter of the fit, with its u as prior: tests/estimation/test_fit.py",
     ("StatedRig", "gravity"): "with the linear density the weight of the line",
+    ("Prediction", "x"): "where a prediction is made: tests/test_predicted_at.py",
     ("Prediction", "y"): "a new reading of an inverse prediction: tests/reference",
     ("Limits", "lower"): "refused: a limit is exact",
     ("Limits", "upper"): "refused: a limit is exact",
