@@ -574,7 +574,7 @@ def test_refusal_of_a_range_that_no_reading_reaches(tmp_path):
     with pytest.raises(MetrologyError) as caught:
         chain.evaluate(load(path))
     (fault,) = caught.value.faults
-    assert fault.where == "pull.range"
+    assert fault.where.endswith("campaign.yaml:12:3 tests.pull pull.range")
     assert fault.got == "'a' with 0 loadings up to 0.009 of strain"
     assert "exclusions" in fault.fix
 

@@ -7,7 +7,7 @@ from math import isfinite
 from typing import TYPE_CHECKING, Any
 
 from metrology.chain.doubt import Doubt, with_acceptance
-from metrology.language.display import scale
+from metrology.gum.rounding import readable
 from metrology.message import said
 
 if TYPE_CHECKING:
@@ -47,9 +47,10 @@ def beyond(full: str, x: Any, unit: str, used: float) -> Iterator[str]:
 
 
 def _places(unit: str, **places: float) -> dict[str, str]:
-    """Places along x, all on the scale of the largest."""
-    size, text = scale(max(abs(x) for x in places.values()), unit)
-    return {name: f"{x / size:.4g} {text}".removesuffix(" 1") for name, x in places.items()}
+    """Places along x in words; zero in the unit of the largest of them."""
+    texts = {name: readable(float(x), unit, 4) for name, x in places.items()}
+    largest = texts[max(places, key=lambda name: abs(places[name]))]
+    return {name: texts[name] if x else f"0 {largest.partition(' ')[2]}".rstrip() for name, x in places.items()}
 
 
 def extrapolated(campaign: Campaign, plan: Plan, evaluation: Evaluation) -> Iterator[tuple[str, Doubt]]:

@@ -70,9 +70,12 @@ class Fits:
                 and math.isfinite(here.evidence.get(one, -math.inf))]  # fmt: skip
 
     def least(self, here: View) -> float:
-        """Ln evidence that is not sought any more: the forms of the effects in the fit may be off by as much."""
+        """Ln evidence that is not sought any more: the forms of the effects in the fit may be off by as much.
+
+        In the metric of the view: of a fit that is far off, what its effects took away is as little as anything.
+        """
         gone = (self.defined(here).mean_cost - here.fit.mean_cost) * here.fit.count
-        return 0.5 * FORM**2 * max(gone, 0.0)
+        return 0.5 * FORM**2 * max(gone, 0.0) / here.noise.misfit
 
     def defined(self, here: View) -> Fit:
         """Fit with those effects of a view alone that are what their equation says: beside it forms may be off."""

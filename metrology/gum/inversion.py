@@ -163,8 +163,10 @@ def crossing(fit: Regression, y: float, where: str, units: tuple[str, str] = ("1
     if found.value is None:
         ends = " to ".join(readable(end, units[0], 4) for end in (low, high))
         expected = f"a value that the curve takes once within the range of its data, x = {ends}"
-        fix = "state another one, or leave it out"
-        raise MetrologyError(Fault(where, f"y = {readable(y, units[1], 4)}", expected, fix))
+        ways = {"more than once": "takes more than once", "is flat": "is flat at"}
+        why = next((text for sign, text in ways.items() if sign in found.sentence), "does not take")
+        got = f"y = {readable(y, units[1], 4)}, which the curve {why}"
+        raise MetrologyError(Fault(where, got, expected, "state another one, or leave it out"))
     return found.value
 
 

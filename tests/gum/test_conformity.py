@@ -426,7 +426,7 @@ def test_closed_form_posterior_of_a_normal_prior_and_a_normal_result(output: obj
 
 
 def test_refusal_a_result_that_its_prior_excludes() -> None:
-    with pytest.raises(MetrologyError, match="a result where the prior has no probability"):
+    with pytest.raises(MetrologyError, match="where the prior has no probability"):
         probability_of_conformity(Analytic(100.0, 0.1), Limits(upper=99.0), Prior.rectangular(0.0, 1.0))
 
 

@@ -518,7 +518,7 @@ LINE: Callable[..., Any] = regression.line
         (([1, 2, 3], [1, 2, 3], {"u_y": [0.1, 0, -1]}), ["u_y[1]: got 0;", "u_y[2]: got -1;"]),
         (([1, 2, 3], [1, 2, 3], {"u_x": [0.0, 0.1, 0.1], "u_y": 0.1}), ["u_x[0]: got 0;"]),
         (([1, 2, 3], [1, 2, 3, 4], {}), ["x: got 3 values; expected as many as y has, 4"]),
-        (([1, 2, 3], [1, 2, 3], {"u_x": 0.1}), ["fit: got uncertainties of x alone"]),
+        (([1, 2, 3], [1, 2, 3], {"u_x": 0.1}), ["u_x: got uncertainties of x alone"]),
         (
             ([1, 2, 3], [1, 2, 3], {"u_x": 1, "u_y": 1, "correlation": [0, 1, math.nan]}),
             ["correlation[1]", "correlation[2]"],

@@ -196,7 +196,7 @@ def test_law_a_line_with_errors_in_both_tells_its_test_or_that_it_failed() -> No
         " y if steep.",
     )  # fmt: skip
     assert refused(lambda: regression.line(*WLS, u_x=0.1)) == [
-        "fit: got uncertainties of x alone; expected those of y as well. Fix: or swap x and y"
+        "u_x: got uncertainties of x alone; expected 'u_y' as well. Fix: state 'u_y', or exchange 'x' and 'y'"
     ]
     assert refused(lambda: regression.line(*WLS, u_x=0.1, u_y=0.1, correlation=1.0))[0] == (
         "correlation[0]: got 1; expected a coefficient between −1 and 1"
