@@ -159,7 +159,7 @@ class Result:
     doubts: Annotated[
         tuple[str, ...], Doc("What forbids that a requirement passes on it: failed checks, refuted fits and the like.")
     ] = ()
-    accepted: Annotated[tuple[str, ...], Doc("What would forbid it and was accepted: each with reason and person.")] = ()
+    accepted: Annotated[tuple[str, ...], Doc("What would forbid it and was accepted: with reason and person.")] = ()
 
     @property
     def interval(self) -> tuple[float | None, float | None]:
