@@ -23,6 +23,8 @@ _FALSE_ALARM = 1e-4  # of one search of a record of noise alone
 _PER_PERIOD = 24  # samples kept per period for the fit: block means lose nothing of a decaying oscillation
 _PASSES = 6  # of looking at what is left
 _FINER = 4  # times that the frequencies of a spectrum lie closer than those of the record itself
+_PARTS = (1.0, 0.25, 0.0625)  # of a record, from its beginning, in which an oscillation is looked for
+_FEWEST = 64  # readings of a part whose spectrum is looked at: four in each of the blocks that tell its level
 _SLOW = DEGREE / 2  # cycles in a record: what turns less often is what the polynomial of the baseline follows
 
 
@@ -151,6 +153,21 @@ def guard(main: Mode, duration: float) -> float:
 
 
 def _others(t: Floats, fitted: Fit, refused: list[float]) -> list[Mode]:
+    """Return the oscillations that stand out of the spectrum of the residuals, the strongest first.
+
+    Of the whole record, and where it shows none, of its beginning: what dies there is lost in the whole.
+    """
+    for part in _PARTS:
+        first = t <= part * t[-1]
+        if first.sum() < _FEWEST:
+            break
+        found = _standing_out(t[first], replace(fitted, residual=fitted.residual[first]), refused)
+        if found:
+            return [replace(mode, rate=0.0 if part == 1 else 2 / (part * t[-1])) for mode in found]
+    return []
+
+
+def _standing_out(t: Floats, fitted: Fit, refused: list[float]) -> list[Mode]:
     """Return the oscillations that stand out of the spectrum of the residuals (Hann window), the strongest first."""
     omega, power, level = spectrum(t, fitted.residual)
     width, height = 2 * pi / t[-1], power / level

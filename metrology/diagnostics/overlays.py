@@ -154,7 +154,7 @@ def largest_step(steps: Sequence[Hop | Step], unit: str) -> Value:
 def _of_line(record: Record, line: Line) -> float:
     """Ln evidence of a line over the noise beside it; amplitude, phase and frequency have a price (`sets.price`)."""
     count = len(record.t) * record.per_block
-    return 0.25 * count * (line.amplitude / line.noise) ** 2 - 1.5 * math.log(count) - math.log(count / 2)
+    return 0.25 * count * line.lasts * (line.amplitude / line.noise) ** 2 - 1.5 * math.log(count) - math.log(count / 2)
 
 
 def slow(fit: Fit, by: Noise, posed: Plain, prepared: Decay) -> Iterator[Overlay]:

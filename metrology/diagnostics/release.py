@@ -75,7 +75,7 @@ class Line:
     """An oscillation that was taken out of a release: frequency / Hz, amplitude, whether it is of the mains.
 
     `noise`: standard deviation of white noise of as much power as the residuals have beside the line. `turns`: how
-    often it turns in the record, or before it has faded to 1/e.
+    often it turns in the record, or before it has faded to 1/e. `lasts`: mean square of its envelope over the record.
     """
 
     frequency: float
@@ -83,6 +83,7 @@ class Line:
     is_mains: bool
     noise: float
     turns: float = math.inf
+    lasts: float = 1.0
 
 
 @dataclass(frozen=True, eq=False)

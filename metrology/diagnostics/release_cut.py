@@ -45,7 +45,8 @@ def cut(name: str, parted: Separated, mains: float) -> Record:
     turned = complex(a, -b) * np.exp(pole * zero) / pole**sensed.order
     lines = tuple(
         Line(mode.frequency, float(fit.amplitudes[at]), is_mains(mode, mains), _beside(mode.frequency, parted),
-             mode.frequency / max(mode.rate, 1.0 / float(parted.t[-1] - parted.crossed)))
+             mode.frequency / max(mode.rate, 1.0 / float(parted.t[-1] - parted.crossed)),
+             float(np.mean(np.exp(-2 * mode.rate * parted.t))))
         for at, mode in enumerate(fit.modes) if at in taken
     )  # fmt: skip
     return Record(
