@@ -23,6 +23,8 @@ FEWEST = 6
 """Readings on either side of a step for which it is looked for between them: a cubic and a step leave two each."""
 SHARP = 5.0
 """Standard uncertainties by which the step beside all that is fitted may differ from that between its neighbours."""
+BESIDE = 5
+"""Readings on either side by whose means a jump is seen: a quarter of a period of those that a diagnosis averages."""
 GOES_ON = 0.5
 """Part of the fitted decay that has to be there after a step: of what sticks there is none."""
 FORMS = (3, 6, 3, 3)
@@ -123,6 +125,29 @@ def is_sharp(free: Channel, fitted: Fit, hop: Hop, noise: float) -> bool:
     variance = max(noise**2, float(left @ left) / (len(left) - columns.shape[1]))
     u = float(np.sqrt(variance * np.linalg.inv(columns.T @ columns)[-1, -1]))
     return bool(abs(found[-1] - hop.size) < SHARP * u)
+
+
+def jumps(residual: Floats, places: Sequence[int], size: float) -> bool:
+    """Whether readings jump by a size at one of some places, or scatter too much to tell.
+
+    What is slow, such as a swing that turns less than twice in a record, may do as much good as a step, and has none.
+
+    Parameters
+    ----------
+    residual : ndarray, shape (n,)
+        What a fit leaves of the readings, in their unit.
+    places : sequence of int
+        Indices before which the step may be.
+    size : float
+        Of the step, in the same unit.
+    """
+    at = np.array([one for one in places if BESIDE <= one <= len(residual) - BESIDE], dtype=int)
+    if not at.size:
+        return True
+    sums = np.concatenate([[0.0], np.cumsum(residual)])
+    seen = (sums[at + BESIDE] - 2 * sums[at] + sums[at - BESIDE]) / BESIDE
+    u = sqrt(2 / BESIDE * float(np.mean(residual**2)))
+    return bool((np.abs(seen - size) < SHARP * u).any())
 
 
 def _best(free: Channel, t: Floats, fast: Fit, degree: int, noise: float) -> Hop:

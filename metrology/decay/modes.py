@@ -24,7 +24,7 @@ _PER_PERIOD = 24  # samples kept per period for the fit: block means lose nothin
 _PASSES = 6  # of looking at what is left
 _FINER = 4  # times that the frequencies of a spectrum lie closer than those of the record itself
 _PARTS = (1.0, 0.25, 0.0625)  # of a record, from its beginning, in which an oscillation is looked for
-_FEWEST = 64  # readings of a part whose spectrum is looked at: four in each of the blocks that tell its level
+_FEWEST = 512  # readings of a part whose spectrum is looked at: sixteen frequencies in each block that tells its level
 _SLOW = DEGREE / 2  # cycles in a record: what turns less often is what the polynomial of the baseline follows
 
 
@@ -218,6 +218,9 @@ def is_sound(trial: Fit, before: Fit, duration: float) -> bool:
     omega = np.array([mode.omega for mode in trial.modes[1:]])
     rate = np.array([mode.rate for mode in trial.modes[1:]])
     near = abs(omega - main.omega) < 0.7 * guard(main, duration)
+    # One that dies sooner is as wide as it dies soon: beside the main one it is what that is no plain decay by.
+    early = rate > 2 / (_PARTS[1] * duration)
+    near |= early & (abs(omega - main.omega) < 2 * pi * np.maximum(rate, main.rate))
     wild = (omega * duration < 2 * pi * _SLOW) | (rate * duration > 40) | (rate * duration < -1.5)
     moved = abs(main.omega - before.main.omega) > 0.2 * before.main.omega
     return trial.converged and trial.squares < before.squares and not (near.any() or wild.any() or moved)

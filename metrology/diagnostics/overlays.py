@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.special import logsumexp
 
-from metrology.decay.hop import Hop
+from metrology.decay.hop import Hop, jumps
 from metrology.diagnosis import Cause, Diagnosis, Value, Verdict
 from metrology.diagnostics.candidate import DECAY as TABLE
 from metrology.diagnostics.intervals import NORMAL_95
@@ -205,7 +205,9 @@ def _stepped(fit: Fit, by: Noise, posed: Plain, prepared: Decay) -> Overlay:
         gains = size**2 / (1.0 / information + one.rounding**2)
         best = int(np.argmax(gains))
         found = float(logsumexp(0.5 * gains)) - math.log(len(places)) - 0.5 * math.log(len(one.t))
-        if found > 0:
+        gap = len(one.t) // PLACES
+        near = range(places[best] - gap, places[best] + gap + 1)
+        if found > 0 and jumps(fit.residuals[at] * one.u, near, float(size[best])):
             evidence += found
             largest = max(largest, (abs(float(size[best])), 1.0 / math.sqrt(float(information[best]))))
     value, u = largest

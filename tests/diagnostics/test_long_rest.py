@@ -1,4 +1,4 @@
-"""A large swing with dry friction whose record goes on long after it came to rest: both are found, k and c hold."""
+"""Swings with dry friction: one of large angles that came to rest long ago, one over a zero that swings slowly."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ J, K, C, FRICTION = 0.02, 0.4, 0.004, 1e-3
 STEPS = 4096
 
 
-def swung(amplitude: float, stamps: np.ndarray) -> np.ndarray:
+def swung(amplitude: float, stamps: np.ndarray, friction: float = FRICTION) -> np.ndarray:
     """J·θ″ + C·θ′ + F·sign(θ′) + K·sin θ = 0 from rest at an amplitude, half a swing at a time, until it sticks."""
     angle = np.full(len(stamps), amplitude)
     start, at, way = 0.0, amplitude, -1.0
 
     def moves(_: float, y: np.ndarray, way: float) -> list[float]:
-        return [y[1], -(C * y[1] + way * FRICTION + K * np.sin(y[0])) / J]
+        return [y[1], -(C * y[1] + way * friction + K * np.sin(y[0])) / J]
 
     def turns(_: float, y: np.ndarray, way: float) -> float:
         return way * y[1] if abs(y[1]) > 1e-12 else 1.0
 
     turns.terminal, turns.direction = True, -1.0  # type: ignore[attr-defined]
-    while K * abs(np.sin(at)) > FRICTION:
+    while K * abs(np.sin(at)) > friction:
         found = solve_ivp(
             moves, (start, stamps[-1] + 1.0), [at, 1e-9 * way], method="DOP853", events=turns, args=(way,), rtol=1e-11,
             atol=1e-13, dense_output=True,
@@ -76,3 +76,18 @@ def test_planted_friction_and_a_pendulum_are_found_beside_a_long_rest(seed):
     for name, true in (("k", K), ("c", C)):
         value, u = values[name]
         assert abs(value - true) < 4 * u + 4 * 2e-6 * true, name
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("seed", [0, 1, 3])
+def test_null_a_zero_that_swings_slowly_has_no_step(seed):
+    """Less than twice in the record: neither a polynomial follows it, nor is it a line."""
+    rng = np.random.default_rng(seed)
+    stamps = np.arange(0, 30, 0.02)
+    zero = 6e-3 * np.sin(2 * np.pi * stamps / 17 + rng.uniform(0, 2 * np.pi))
+    read = swung(0.3, stamps, 3e-4) + zero + 3e-4 * rng.standard_normal(len(stamps))
+    mass = Input("J", J, (Component("source", Normal(2e-6 * J)),), "kg*m^2")
+    test = DecayTest(name="d", records=(Channel("r", stamps, read, "rad"),), mass=mass, stiffness="d.k")
+    found = decay(test, rng=np.random.default_rng(seed))
+    assert "friction" in found.named
+    assert "hop" not in {*found.named, *(name for group in found.groups for name in group)}
