@@ -253,7 +253,7 @@ def normalised(en: float | None) -> str:
     Examples
     --------
     >>> normalised(-1.4949), normalised(-0.001), normalised(129.34), normalised(1.0006), normalised(None)
-    ('−1.49', '0.00', '129', '1.0006', '–')
+    ('−1.49', '0.00', '129', '1.001', '–')
     """
     if en is None or not isfinite(en):
         return "–"
