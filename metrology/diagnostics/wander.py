@@ -1,4 +1,4 @@
-"""A reading of position or velocity that wanders slowly, in each run by itself: drift of a sensor, a step, a hop."""
+"""A reading that wanders slowly, in each run by itself: drift of a sensor, a step, a hop."""
 
 from __future__ import annotations
 
@@ -23,10 +23,12 @@ AMOUNT = 0.1
 def wanders(runs: Sequence[MeasuredRun], fit: Fit, words: Mapping[str, Quantity]) -> list[Direction]:
     """Families of slow errors of the readings, a hat over the time of one run a column.
 
-    That of the load cell is listed: `cell drift`. A steady error is a start, or a taut position, that is off.
+    A steady error is a start, a taut position, or a zero of the cell, that is off; a steady drift of the cell is listed:
+    `cell drift`. One that is neither, as of an amplifier by the temperature of the room, was taken for a curve of the
+    tension, by which k was 8 u off.
     """
     found = []
-    for channel in ("x", "v"):
+    for channel in ("x", "v", "T"):
         if not all(channel in run.channels for run in runs):
             continue
         names = {f"{channel} {at}@{knot}": float(knot) for at in range(len(runs)) for knot in range(KNOTS)}
