@@ -192,7 +192,7 @@ CAUTION = " One ζ then does not describe the sample: it is a mean over the ampl
 GAINS = "χ² falls by 80 with dry friction, by {} with quadratic drag."
 SHAPES = {
     "neither": ((1.0, 2.0), (1.0, 4.0), 0.3, "viscous",
-                "The envelope agrees with viscous damping: numbers; neither is significant."),
+                "The envelope agrees with viscous damping: numbers; neither is significantly above zero."),
     "negligible": ((1.0, 9.0), (1.0, 80.0), 0.0299, "viscous",
                    "The envelope is that of viscous damping: numbers. What is significant is at most 3 % of the decay"
                    " rate at any amplitude used, and negligible."),

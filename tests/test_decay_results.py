@@ -271,7 +271,7 @@ def test_law_shape_of_two_records_tells_forces_ratios_shares_and_gains() -> None
     ))  # fmt: skip
     assert found.sentence == (
         f"The envelope agrees with viscous damping: dry friction {dry} mN ({found.dry_z:+.1f} u), quadratic drag {drag}"
-        f" N·s²/m² ({found.quadratic_z:+.1f} u) together with the viscous part; neither is significant."
+        f" N·s²/m² ({found.quadratic_z:+.1f} u) together with the viscous part; neither is significantly above zero."
     )
 
 

@@ -138,7 +138,7 @@ def shape(records: Sequence[tuple[Separated, float]], mass: float) -> DampingSha
 def _verdict(dry: Extra, drag: Extra, z: tuple[float, float], numbers: str) -> tuple[Verdict, str]:
     """Return the verdict on the envelope's shape and the sentence that says it."""
     if max(z) <= ALARM:
-        text = "The envelope agrees with viscous damping: {numbers}; neither is significant."
+        text = "The envelope agrees with viscous damping: {numbers}; neither is significantly above zero."
         return "viscous", said(text, numbers=numbers)
     share = max(x.share for x, alarm in ((dry, z[0]), (drag, z[1])) if alarm > ALARM)
     if share < NEGLIGIBLE:

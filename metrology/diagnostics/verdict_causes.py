@@ -16,6 +16,7 @@ from metrology.diagnostics.search import EQUAL
 from metrology.diagnostics.subject import Array, Fit, Subject
 from metrology.diagnostics.supported import noise_of, spread
 from metrology.diagnostics.verdict_sentences import followed
+from metrology.gum.rounding import significant
 from metrology.message import said
 
 LOOSE = 30.0
@@ -145,8 +146,9 @@ def _left_out(judged: Judged, effect: str, u: Array) -> str:
             continue
         value, unit = float(without.theta[at]), without.problem.unknowns[at].unit
         if abs(value - judged.last.theta[to]) > u[to]:
-            text = "{name} = {value:.4g} {unit} instead of {whole:.4g} {unit}"
-            found.append(said(text, name=name, value=value, unit=unit, whole=float(judged.last.theta[to])))
+            text = "{name} = {value:figures} {unit} instead of {whole:figures} {unit}"
+            alone, whole = (significant(one, float(u[to]))[0] for one in (value, float(judged.last.theta[to])))
+            found.append(said(text, name=name, value=alone, unit=unit, whole=whole))
     if len(found) > 1:
         return said("Without it the fit gives {first} and {second}.", first=found[0], second=found[1])
     return said("Without it the fit gives {first}.", first=found[0]) if found else ""

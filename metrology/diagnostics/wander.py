@@ -23,7 +23,7 @@ AMOUNT = 0.1
 def wanders(runs: Sequence[MeasuredRun], fit: Fit, words: Mapping[str, Quantity]) -> list[Direction]:
     """Families of slow errors of the readings, a hat over the time of one run a column.
 
-    A steady error is a start, a taut position, or a zero of the cell, that is off; a steady drift of the cell is listed:
+    A steady error is a start, a taut position or a zero of the cell that is off; a steady drift of the cell is listed:
     `cell drift`. One that is neither, as of an amplifier by the temperature of the room, was taken for a curve of the
     tension, by which k was 8 u off.
     """
