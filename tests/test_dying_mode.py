@@ -54,3 +54,12 @@ def test_planted_a_mode_that_dies_early_is_no_step(second, named):
         found = decay(test, rng=np.random.default_rng(seed))
         assert found.named == named
         assert found.verdict == ("explained" if named else "nothing missing")
+
+
+def test_planted_a_mode_of_a_short_record_is_found():
+    t = np.arange(300) / 100.0
+    value = np.exp(-0.3 * t) * np.cos(2 * pi * 4 * t) + 0.03 * np.cos(2 * pi * 9.3 * t)
+    noise = 1e-3 * np.random.default_rng(1).standard_normal(t.size)
+    ((mode, size),) = separate(Channel("r", t, 1e-3 * (value + noise), "m"), mains=50.0).fit.others
+    assert mode.frequency == pytest.approx(9.3, rel=1e-3)
+    assert size == pytest.approx(3e-5, rel=0.05)

@@ -159,7 +159,7 @@ def _others(t: Floats, fitted: Fit, refused: list[float]) -> list[Mode]:
     """
     for part in _PARTS:
         first = t <= part * t[-1]
-        if first.sum() < _FEWEST:
+        if part < 1 and first.sum() < _FEWEST:
             break
         found = _standing_out(t[first], replace(fitted, residual=fitted.residual[first]), refused)
         if found:
@@ -218,7 +218,7 @@ def is_sound(trial: Fit, before: Fit, duration: float) -> bool:
     omega = np.array([mode.omega for mode in trial.modes[1:]])
     rate = np.array([mode.rate for mode in trial.modes[1:]])
     near = abs(omega - main.omega) < 0.7 * guard(main, duration)
-    # One that dies sooner is as wide as it dies soon: beside the main one it is what that is no plain decay by.
+    # One that dies sooner is as wide as it dies soon: beside the main one it is what makes that no plain decay.
     early = rate > 2 / (_PARTS[1] * duration)
     near |= early & (abs(omega - main.omega) < 2 * pi * np.maximum(rate, main.rate))
     wild = (omega * duration < 2 * pi * _SLOW) | (rate * duration > 40) | (rate * duration < -1.5)

@@ -38,7 +38,7 @@ def with_shared(found: Sequence[Separated]) -> list[Separated]:
 
 def _of_others(found: Sequence[Separated], at: int) -> Iterator[Mode]:
     """Oscillations of the other records, the largest beside its noise first."""
-    others = ((size / one.noise, mode) for place, one in enumerate(found) if place != at
+    others = ((size / max(one.noise, 1e-300), mode) for place, one in enumerate(found) if place != at
               for mode, size in one.fit.others)  # fmt: skip
     return (mode for _, mode in sorted(others, key=lambda entry: -entry[0]))
 
