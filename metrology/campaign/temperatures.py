@@ -77,7 +77,7 @@ def _derived(one: Derived, meaning: dict[str, str], stated: dict[str, str], plac
     except (TextError, ArithmeticError):
         return
     if not np.isclose(by[1] - by[0], 1.0, rtol=0.0, atol=1e-6):
-        got = f"{quoted(one.unit)} of a quantity that does not move by a degree with its temperatures"
+        got = f"{quoted(one.unit)} of a result that is no temperature: it does not rise by 1 K when its temperatures do"
         yield Refusal(place, got, "a unit of a difference", "state it in K")
 
 

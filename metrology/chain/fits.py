@@ -139,7 +139,7 @@ def _add_results(plan: Plan, campaign: Campaign, name: str, regression: Regressi
     function = fitted_curve(name, stated.model.expression, stated.parameters, origin=origin)
     for point in stated.predict:
         full = f"{name}.{point.name}"
-        given = _given(point, f"{full}.at", said("where {name} is taken", name=full))
+        given = _given(point, f"{full}.at", said("place for which {name} is predicted", name=full))
         plan.add_inputs([given])
         if point.x is not None:
             axis, equation, solve = stated.y, said("value of the fit"), _value(function, given.name)
