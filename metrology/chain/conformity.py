@@ -40,7 +40,8 @@ def add_judged_inputs(plan: Plan, campaign: Campaign) -> None:
             plan.identities[name] = replace(plan.identities[name], headline=True)
         if name in plan.inputs and judged_name(name) not in plan.names:
             quantity = plan.inputs[name]
-            measurand = Measurand(judged_name(name), value_of(name), quantity.unit, quantity.description)
+            words = quantity.description or said("as stated")
+            measurand = Measurand(judged_name(name), value_of(name), quantity.unit, words)
             unit = campaign.quantities[name].unit if name in campaign.quantities else quantity.unit
             given = (one.display_unit for one in campaign.imported if name in plan.imported[one.about])
             unit = next(given, "") or unit
