@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import errno
 import os
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
+_LINE = re.compile(r"\.\w+:\d")
+"""A file and a line of it."""
 _HINDRANCES = {
     errno.EISDIR: "a folder",
     errno.EEXIST: "a file where a folder should be",
@@ -126,10 +129,12 @@ class MetrologyError(Exception):
 
 @contextmanager
 def faults_at(place: str) -> Iterator[None]:
-    """Faults that are found inside, told with the place in the file that they come from, unless they name that file."""
-    file = place.partition(":")[0]
+    """Faults that are found inside, told with the place in the file that they come from, unless they have a line."""
     try:
         yield
     except MetrologyError as error:
-        faults = (one if file in one.where else replace(one, where=f"{place} {one.where}") for one in error.faults)
+        faults = (
+            one if _LINE.search(one.where) else replace(one, where=f"{place} {one.where}".strip())
+            for one in error.faults
+        )
         raise MetrologyError(*faults) from error

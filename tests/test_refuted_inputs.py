@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,6 +11,8 @@ from laboratory import METHODS
 
 from metrology import chain
 from metrology.campaign.load import load
+from metrology.diagnostics.refuted import refuted
+from metrology.estimation import Prior
 
 
 @pytest.mark.long
@@ -31,3 +34,15 @@ def test_planted_a_wrong_mass_that_a_diagnosis_names_is_not_judged_unless_accept
     assert ("The extended model of ride moves mass.factor" in reasons) is not accepted
     assert any("The extended model of ride moves mass.factor" in one for one in found.warnings)
     assert accepted or not any(one.verdict == "pass" for one in found.conformity)
+
+
+@pytest.mark.parametrize(("more", "told"), [(-1e6, []), (-2.0, ["mass.factor"]), (1.0, ["mass.factor"])])
+def test_law_what_a_far_worse_model_moves_refutes_nothing(more: float, told: list[str]) -> None:
+    """A model that was tried in the place of the best one, as a drag in that of a quadratic one, may end anywhere."""
+
+    def fit(moved: float) -> SimpleNamespace:
+        entry = SimpleNamespace(name="mass.factor", mean=1.0)
+        return SimpleNamespace(problem=SimpleNamespace(unknowns=[entry]), values={"mass.factor": 1.0 + moved})
+
+    judged = SimpleNamespace(last=fit(1e-4), exchanged={("quadratic drag", "drag"): (fit(0.3), more)})
+    assert list(refuted(judged, [Prior("mass.factor", 1e-3)])) == told  # type: ignore[arg-type]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from metrology.diagnostics.judged import Judged
+from metrology.diagnostics.search import EQUAL
 from metrology.estimation import Prior
 from metrology.estimation.fit import CONTRADICTED
 from metrology.estimation.priors import input_of
@@ -16,7 +17,8 @@ def refuted(judged: Judged, priors: Sequence[Prior]) -> Iterator[str]:
     By what is stated, also of an input that is named as the cause, whose prior is wider there.
     """
     known, found = {one.name: one for one in priors}, set()
-    for fit in (judged.last, *(other for other, _ in judged.exchanged.values())):
+    as_well = [fit for fit, more in judged.exchanged.values() if more > -EQUAL]
+    for fit in (judged.last, *as_well):
         for entry in fit.problem.unknowns:
             name, _, run = entry.name.partition("@")
             prior = known.get(name)
