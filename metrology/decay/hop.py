@@ -140,6 +140,11 @@ def jumps(residual: Floats, places: Sequence[int], size: float) -> bool:
         Indices before which the step may be.
     size : float
         Of the step, in the same unit.
+
+    Returns
+    -------
+    bool
+        True also where no place has as many readings on either side.
     """
     at = np.array([one for one in places if BESIDE <= one <= len(residual) - BESIDE], dtype=int)
     if not at.size:

@@ -171,7 +171,7 @@ def _searched(subject: Response, found: Fit | None) -> Fit | None:
 def _prepared(subject: Response) -> tuple[Response, list[str]]:
     """Leave out single readings far off among good neighbours, and say so; not by a model that loses the motion."""
     fit = _searched(subject, subject.fit((), [{}]))
-    if fit is None or fit.mean_cost > LOST:
+    if fit is None or _cost_beside(fit) > LOST:
         return subject, []
     runs: list[MeasuredRun] = []
     found: dict[str, dict[str, int]] = {}
@@ -188,6 +188,15 @@ def _prepared(subject: Response) -> tuple[Response, list[str]]:
     notes = [_left_out(found)] if found else []
     begun = {**subject.start, **fit.values}
     return replace(subject, runs=tuple(runs), start=begun), notes
+
+
+def _cost_beside(fit: Fit) -> float:
+    """Cost for each reading without those far off among good neighbours: three of them make any fit a poor one."""
+    cost = fit.mean_cost * fit.count
+    for block, residual in zip(fit.problem.blocks, fit.residuals, strict=True):
+        parts = (residual[one.first : one.last] for one in block.segments)
+        cost -= sum(float(np.sum(part[outlying(part)] ** 2)) for part in parts)
+    return cost / fit.count
 
 
 def _left_out(found: Mapping[str, Mapping[str, int]]) -> str:
