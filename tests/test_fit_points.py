@@ -46,7 +46,7 @@ def days() -> tuple[np.ndarray, np.ndarray]:
     [
         pytest.param(TEN, 2 * TEN + noise(4, 11), "", "", id="line"),
         pytest.param(TEN + noise(5, 11, 1e-4), np.arange(11.0), "",
-                     "y is in steps of 1 in SI", id="whole volts"),
+                     "y is in steps of 1.00 V", id="whole volts"),
         pytest.param([*TEN[:6] / 5, 100.0], [*(TEN[:6] / 2.5 + noise(6, 6)), 300.0], "", "rests on one point alone",
                      id="one point far out"),
         pytest.param([*TEN[:6] / 5, 100.0], [*(TEN[:6] / 2.5 + noise(6, 6)), 200.0], ", u_y: {value: 0.01 V}", "",

@@ -64,4 +64,4 @@ def test_planted_a_result_of_another_campaign_that_read_the_same_file(own: bool,
         entries[f"k{at}"] = {"from": f"k{at}.json", "result": "pull.k", "sha256": sha256(raw).hexdigest()}
     reasons = mean_of(work, folder, "k0", "pull.k" if own else "k1", quantities=entries)
     assert len(reasons) == 1
-    assert "rests on the file 'elongation.csv', and so does" in reasons[0]
+    assert "rests on the file elongation.csv, and so does" in reasons[0]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import log, pi
+from math import inf, log, pi
 
 import numpy as np
 
@@ -115,13 +115,16 @@ def disentangle(free: Channel, first: Mode, settling: float = 0.0) -> Fit:
         found = found[: OTHERS + 1 - len(fitted.modes) - len(held)]
         if not found:
             break
-        held += [mode for mode in found if mode.omega > fast]
+        held += [mode for mode in found if mode.omega > fast and not mode.rate]
         refused += [mode.omega for mode in found if mode.omega > fast]
         slow = [mode for mode in found if mode.omega <= fast]
         counts = dict.fromkeys((len(slow), 1))  # all of them, else the strongest alone
         trials = (fit(t, coarse.value, [*fitted.modes, *slow[:n]], held=held, lags=lags, settling=settling)
                   for n in counts)  # fmt: skip
-        better = next((trial for trial in trials if is_sound(trial, fitted, t[-1])), None)
+        # What lasts longer shows in the whole record, or is not clear of noise there.
+        least = 1 / (_PARTS[-1] * t[-1]) if found[0].rate else -inf
+        better = next((trial for trial in trials if is_sound(trial, fitted, t[-1])
+                       and all(mode.rate > least for mode in trial.modes[len(fitted.modes) :])), None)  # fmt: skip
         refused += [slow[0].omega] if better is None and slow else []
         fitted = fitted if better is None else better
     return at_rate(fitted, full, free.value, held=held)

@@ -13,7 +13,7 @@ from metrology.diagnostics.engine import BUDGET, rank
 from metrology.diagnostics.overlays import Overlay, largest_step, sought_apart, with_overlays
 from metrology.diagnostics.own import declared
 from metrology.diagnostics.runs import Response
-from metrology.diagnostics.subject import LOST, Fit
+from metrology.diagnostics.subject import LOST, Fit, Marks
 from metrology.errors import Fault, MetrologyError
 from metrology.estimation import MeasuredRun, Prior, inspection, repeats, search, step
 from metrology.estimation.step import Step
@@ -169,10 +169,14 @@ def _searched(subject: Response, found: Fit | None) -> Fit | None:
 
 
 def _prepared(subject: Response) -> tuple[Response, list[str]]:
-    """Leave out single readings far off among good neighbours, and say so; not by a model that loses the motion."""
+    """Leave out single readings far off among good neighbours, and say so; by the model, or by themselves.
+
+    Of a model that loses the motion nothing is far off: there it is what their neighbours contradict.
+    """
     fit = _searched(subject, subject.fit((), [{}]))
-    if fit is None or _cost_beside(fit) > LOST:
+    if fit is None:
         return subject, []
+    follows = _cost_beside(fit) <= LOST
     runs: list[MeasuredRun] = []
     found: dict[str, dict[str, int]] = {}
     for at, run in enumerate(subject.runs):
@@ -180,14 +184,22 @@ def _prepared(subject: Response) -> tuple[Response, list[str]]:
         for segment in fit.problem.blocks[at].segments:
             rows = slice(segment.first, segment.last)
             residual = fit.residuals[at][rows]
-            far = outlying(residual)
+            far = outlying(residual) if follows else _alone(run, segment.name)
             if far.any():
                 marks[segment.name] = run.used(segment.name) & ~far
                 found.setdefault(run.name, {})[segment.name] = int(far.sum())
         runs.append(replace(run, use={**run.use, **marks}))
     notes = [_left_out(found)] if found else []
-    begun = {**subject.start, **fit.values}
+    begun = {**subject.start, **fit.values} if follows else subject.start
     return replace(subject, runs=tuple(runs), start=begun), notes
+
+
+def _alone(run: MeasuredRun, channel: str) -> Marks:
+    """Single readings far off among their neighbours, by the readings of a channel alone."""
+    values, used = np.asarray(getattr(run, channel), dtype=float), run.used(channel)
+    far = np.zeros(len(values), dtype=bool)
+    far[used] = step.spikes(values[used], run.noise[channel])
+    return far
 
 
 def _cost_beside(fit: Fit) -> float:

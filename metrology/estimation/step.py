@@ -107,7 +107,7 @@ def _in_residuals(measured: MeasuredRun, residual: Array) -> Step | None:
     t, x, r = measured.stamps("x")[used], measured.readings("x")[used], residual[used]
     if len(r) < LEAST:
         return None
-    fair = ~_spikes(r)
+    fair = ~spikes(r)
     t, x, r = t[fair], x[fair], r[fair] - r[fair].mean()
     noise = colour([r])
     after, count = np.cumsum(r[::-1])[::-1], np.arange(len(r), 0.0, -1.0)
@@ -210,7 +210,7 @@ def _beside(measured: MeasuredRun) -> _Beside | None:
     t_v, v = measured.stamps("v")[v_used], measured.readings("v")[v_used]
     if len(v) < LEAST:
         return None
-    fair = ~_spikes(v)
+    fair = ~spikes(v)
     t_v, v = t_v[fair], v[fair]
     way = np.concatenate([[0.0], np.cumsum(0.5 * (v[1:] + v[:-1]) * np.diff(t_v))])
     t = measured.stamps("x")
@@ -221,7 +221,7 @@ def _beside(measured: MeasuredRun) -> _Beside | None:
     at = np.clip(np.searchsorted(t_v, t, "right") - 1, 0, len(v) - 2)
     speed = np.interp(t, t_v, v)
     integral = way[at] + 0.5 * (v[at] + speed) * (t - t_v[at])
-    fair = ~_spikes(x - integral)
+    fair = ~spikes(x - integral)
     wide = np.diff(t_v)
     gaps = np.concatenate([[0], np.cumsum(wide > GAP * np.median(wide))])
     turns = np.abs(np.convolve(np.pad(v, 1, mode="edge"), [1.0, -2.0, 1.0], mode="valid"))
@@ -239,12 +239,12 @@ def _beside(measured: MeasuredRun) -> _Beside | None:
     return _Beside(t, x - integral, columns, bias, np.diff(gaps, prepend=gaps[:1]) > 0, least)
 
 
-def _spikes(values: Array) -> Marks:
-    """Single readings far off among their neighbours."""
+def spikes(values: Array, noise: float = 0.0) -> Marks:
+    """Single readings far off among their neighbours, shape (n,), by what these scatter by, and by the noise stated."""
     from scipy.ndimage import median_filter
 
     off = values - median_filter(values, BESIDE, mode="mirror")
-    return outlying(off / max(1.4826 * float(np.median(np.abs(off))), 1e-300))
+    return outlying(off / max(1.4826 * float(np.median(np.abs(off))), noise, 1e-300))
 
 
 def _sizes(y: Array, X: Array, weights: Array, least: float, at: int | None = None) -> tuple[float, Array, Array]:
