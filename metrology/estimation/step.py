@@ -240,7 +240,20 @@ def _beside(measured: MeasuredRun) -> _Beside | None:
 
 
 def spikes(values: Array, noise: float = 0.0) -> Marks:
-    """Single readings far off among their neighbours, shape (n,), by what these scatter by, and by the noise stated."""
+    """Single readings far off among their neighbours, by what these scatter by and by the noise that is stated.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n,)
+        Readings, without gaps.
+    noise : float
+        Standard deviation of one, in the same unit, below which nothing is far off.
+
+    Returns
+    -------
+    ndarray of bool, shape (n,)
+        True where a reading is far off.
+    """
     from scipy.ndimage import median_filter
 
     off = values - median_filter(values, BESIDE, mode="mirror")
