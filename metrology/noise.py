@@ -26,6 +26,8 @@ FEW = 4 * BANDS
 """Readings below which no colour is estimated: fewer than two values of the spectrum would fall into a band."""
 PLACES = 4
 """Decimal places of the coefficients: 10⁶ readings tell them to 1e-3."""
+BESIDE = 5
+"""Readings whose median a single one is set beside, to see whether it is a spike."""
 OUTLYING = 7.0
 """Distance in standard uncertainties from which a single reading among good neighbours is an outlier."""
 HARDLY = 0.3
@@ -89,6 +91,27 @@ def outlying(residual: Array) -> Marks:
     beside = np.maximum(np.roll(far, 1), np.roll(far, -1))
     found: Marks = (far > OUTLYING) & (beside < 0.5 * far)
     return found
+
+
+def spikes(values: Array, noise: float = 0.0) -> Marks:
+    """Single readings far off among their neighbours, by what these scatter by and by the noise that is stated.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n,)
+        Readings, without gaps.
+    noise : float
+        Standard deviation of one, in the same unit, below which nothing is far off.
+
+    Returns
+    -------
+    ndarray of bool, shape (n,)
+        True where a reading is far off.
+    """
+    from scipy.ndimage import median_filter
+
+    off = values - median_filter(values, BESIDE, mode="mirror")
+    return outlying(off / max(1.4826 * float(np.median(np.abs(off))), noise, 1e-300))
 
 
 def colour(parts: Sequence[Array], floor: float = 0.0, taken: Sequence[Array] = ()) -> Colour:

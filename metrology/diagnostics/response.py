@@ -18,7 +18,7 @@ from metrology.errors import Fault, MetrologyError
 from metrology.estimation import MeasuredRun, Prior, inspection, repeats, search, step
 from metrology.estimation.step import Step
 from metrology.message import counted, said
-from metrology.noise import OUTLYING, outlying
+from metrology.noise import OUTLYING, outlying, spikes
 from metrology.rig import Rig, engines
 from metrology.rig.own import OwnEffect
 
@@ -198,7 +198,7 @@ def _alone(run: MeasuredRun, channel: str) -> Marks:
     """Single readings far off among their neighbours, by the readings of a channel alone."""
     values, used = np.asarray(getattr(run, channel), dtype=float), run.used(channel)
     far = np.zeros(len(values), dtype=bool)
-    far[used] = step.spikes(values[used], run.noise[channel])
+    far[used] = spikes(values[used], run.noise[channel])
     return far
 
 

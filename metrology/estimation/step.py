@@ -15,7 +15,7 @@ from metrology.estimation.noise import estimate
 from metrology.estimation.priors import Prior
 from metrology.estimation.problem import Array, Marks
 from metrology.estimation.response import motion, values_of
-from metrology.noise import colour, outlying
+from metrology.noise import colour, spikes
 from metrology.rig import Rig
 from metrology.timeseries import Channel
 from metrology.timeseries.white_noise import quantum, rounding_bias
@@ -29,8 +29,6 @@ LEAST = 50
 """Readings of a run below which none is sought."""
 GAP = 3.0
 """Interval between readings of the velocity, over their median, in which the way was not read."""
-BESIDE = 5
-"""Readings whose median a single one is set beside, to see whether it is a spike."""
 WANDERS = (-8.0, 2.0)
 """Decimal logarithm of the variance of what wanders from reading to reading, over that of the noise: at least what the
 noise of the velocity adds up to, if it is white."""
@@ -237,27 +235,6 @@ def _beside(measured: MeasuredRun) -> _Beside | None:
     least = 2.0 * math.log10(max(of_v.u * float(np.median(np.diff(t))), 1e-300) / max(of_x.u, 1e-300))
     least = min(max(least, WANDERS[0]), 0.0)
     return _Beside(t, x - integral, columns, bias, np.diff(gaps, prepend=gaps[:1]) > 0, least)
-
-
-def spikes(values: Array, noise: float = 0.0) -> Marks:
-    """Single readings far off among their neighbours, by what these scatter by and by the noise that is stated.
-
-    Parameters
-    ----------
-    values : ndarray, shape (n,)
-        Readings, without gaps.
-    noise : float
-        Standard deviation of one, in the same unit, below which nothing is far off.
-
-    Returns
-    -------
-    ndarray of bool, shape (n,)
-        True where a reading is far off.
-    """
-    from scipy.ndimage import median_filter
-
-    off = values - median_filter(values, BESIDE, mode="mirror")
-    return outlying(off / max(1.4826 * float(np.median(np.abs(off))), noise, 1e-300))
 
 
 def _sizes(y: Array, X: Array, weights: Array, least: float, at: int | None = None) -> tuple[float, Array, Array]:
