@@ -129,7 +129,7 @@ class MetrologyError(Exception):
 
 @contextmanager
 def faults_at(place: str) -> Iterator[None]:
-    """Faults that are found inside, told with the place in the file that they come from, unless they have a line."""
+    """Faults that are found inside, with the place in the file that they come from, unless they have a line."""
     try:
         yield
     except MetrologyError as error:

@@ -165,8 +165,8 @@ def _findings(campaign: Campaign, plan: Plan, evaluation: Evaluation, *, coverag
     results = tuple(_with_doubts(one, against.get(one.name, ())) for one in results)
     verdicts, withheld = conformity.conformity(campaign, evaluation, plan.failures, against)
     # What is accepted is said with its acceptance, and not once more without it.
-    told = {one.sentence for own in against.values() for one in own if one.acceptance}
-    plan.warnings[:] = [one for one in plan.warnings if one not in told]
+    accepted = {one.sentence for own in against.values() for one in own if one.acceptance}
+    plan.warnings[:] = [one for one in plan.warnings if one not in accepted]
     plan.warnings += [sentence for one in results for sentence in one.accepted]
     judged = {verdict.requirement for verdict in verdicts}
     exact = taken_as_exact(plan, evaluation)

@@ -12,7 +12,7 @@ import numpy as np
 from metrology.chain import independence
 from metrology.chain.plan import Identity, Plan, Suspect
 from metrology.declaration.quantity import Stated
-from metrology.errors import MetrologyError
+from metrology.errors import faults_at
 from metrology.gum import anova, functions
 from metrology.gum.distributions import MeanSquare, Normal
 from metrology.gum.evaluation import Measurand
@@ -104,10 +104,8 @@ def _add_groups(plan: Plan, campaign: Campaign, name: str) -> None:
     ((member, heading),) = ensemble.columns.items()
     groups, unit = [table.texts[factor] for factor in ensemble.factors], table.units[heading]
     way = anova.nested if ensemble.nested else anova.crossed
-    try:
+    with faults_at(str(table.path)):
         found = way(table.numbers[heading], groups, ensemble.factors)
-    except MetrologyError as error:
-        raise MetrologyError(*(replace(one, where=f"{table.path} {one.where}") for one in error.faults)) from None
     stated = _member(ensemble, member, found.mean, unit)
     source = f"{ensemble.source or ensemble.readings.name}: {'; '.join(_sources(found, unit))}"
     label = (

@@ -135,7 +135,7 @@ def jumps(residual: Floats, places: Sequence[int], size: float) -> bool:
     Parameters
     ----------
     residual : ndarray, shape (n,)
-        What a fit leaves of the readings, in their unit.
+        Residuals of a fit, in the unit of the readings.
     places : sequence of int
         Indices before which the step may be.
     size : float

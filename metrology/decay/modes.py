@@ -186,7 +186,7 @@ def _standing_out(t: Floats, fitted: Fit, refused: list[float]) -> list[Mode]:
 
 
 def spectrum(t: Floats, residual: Floats) -> tuple[Floats, Floats, Floats]:
-    """Return the angular frequencies of what a fit leaves, its power there, and the mean power beside any line."""
+    """Return angular frequencies, the power of the residuals of a fit there, and the mean power beside any line."""
     frequency, power = periodogram(t, residual, finer=_FINER)
     return 2 * pi * frequency, power, _level(power)
 

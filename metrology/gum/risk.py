@@ -35,7 +35,7 @@ class Limits:
             raise MetrologyError(Fault("limits", f"{self.lower} to {self.upper}", "one or two finite limits"))
 
     def holds(self, value: float) -> bool:
-        """Whether a value lies in the interval, ends included, up to what binary arithmetic leaves of decimal ones."""
+        """Whether a value lies in the interval, ends included, up to the rounding of binary arithmetic (`ROUNDING`)."""
 
         def near(end: float) -> bool:
             return abs(value - end) <= ROUNDING * max(abs(end), abs(value))

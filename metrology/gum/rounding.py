@@ -50,7 +50,7 @@ def significant(value: float, u: float, digits: int = 2) -> tuple[str, str]:
     """
     if not isfinite(value) or not isfinite(u):
         return (repr(value) if isfinite(value) else "undefined"), _unbounded(u)
-    # Beyond fifteen digits a sum of decimal numbers has what binary arithmetic leaves of it.
+    # Beyond fifteen digits a sum of decimal numbers shows the rounding of binary arithmetic.
     value_decimal, u_decimal = Decimal(repr(value) if u else f"{value:.15g}"), Decimal(repr(u))
     place = _place(u_decimal, digits) if u_decimal else _last_place(value_decimal)
     exponent = _common_exponent(value_decimal, u_decimal, place)

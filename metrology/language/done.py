@@ -12,7 +12,7 @@ from metrology.language.display import symbol
 from metrology.message import Sentence, counted, said
 
 if TYPE_CHECKING:
-    from metrology.findings import Findings
+    from metrology.findings import Findings, Result
     from metrology.tested import TestItem
 
 
@@ -48,14 +48,19 @@ def result_name(name: str, findings: Findings, language: Language = ENGLISH) -> 
     return language.say("{symbol} of {owner}", symbol=text, owner=owner) if owner else text
 
 
+def by_method(result: Result, language: Language = ENGLISH) -> str:
+    """Word for the method of a result; nothing for a derived quantity."""
+    return "" if result.method == "derived" else language.word(result.method, "method")
+
+
 def short_name(name: str, findings: Findings, language: Language = ENGLISH) -> str:
     """``al-1100-elongation.k`` → ``k, Al-1100 tape, elongation``, for a plot; other names as they are."""
     result = next((one for one in findings.results if one.name == name), None)
     if result is None:
         return name
     samples = {sample.id: sample.name for sample in findings.samples}
-    method = "" if result.method == "derived" else language.word(result.method, "method")
-    parts = (symbol(result.quantity).replace("_n", "ₙ"), samples.get(result.sample, result.sample), method)
+    item = samples.get(result.sample, result.sample)
+    parts = (symbol(result.quantity).replace("_n", "ₙ"), item, by_method(result, language))
     return ", ".join(part for part in parts if part)
 
 

@@ -9,6 +9,7 @@ from math import isfinite
 
 from metrology.findings import Conformity, Findings, Result, Withheld
 from metrology.judged import is_on
+from metrology.language import done
 from metrology.language.catalogue import ENGLISH, Language
 from metrology.language.columns import aligned, width
 from metrology.language.display import Shown, estimate, like, rounded
@@ -81,8 +82,7 @@ def whose(entry: Conformity | Withheld, lines: Sequence[Line], language: Languag
     if found is None or len(alike) == 1:
         return ""
     name = found.own or (found.result.quantity if "." in found.result.quantity else "")
-    method = "" if found.result.method == "derived" else language.word(found.result.method, "method")
-    return ", ".join(word for word in (found.sample, name or method) if word)
+    return ", ".join(word for word in (found.sample, name or done.by_method(found.result, language)) if word)
 
 
 def _line(result: Result, anchor: str, samples: Mapping[str, str]) -> Line:

@@ -135,8 +135,7 @@ def _with_visible(translate: Any) -> Any:
 
 def described(line: Line, language: Language) -> str:
     """What a result is, and by which method: ``stiffness, elongation``."""
-    method = line.result.method
-    words = (language.word(line.name), "" if method == "derived" else language.word(method, "method"), line.own)
+    words = (language.word(line.name), done.by_method(line.result, language), line.own)
     return ", ".join(word for word in words if word)
 
 
