@@ -22,7 +22,7 @@ class Full(Truth):
     `toe_end` / m; `branch` / (N/m) relaxing in `branch_time` / s; `loop` / (N/m) yielding at `loop_end` / m; `weight` /
     (N/m) of a sagging line of length `taut`; `slip` / m at the first turn of a taut line; `arm` / m with `inertia`,
     `yaw_omega`; `thrust_gain`, `lag`, `delay`, `heavier` (relative), `longer` / m; `tank` / kg of the mass, which
-    swings with `tank_omega` and a damping ratio of 0.03.
+    swings with `tank_omega` and a damping ratio of 0.03; `by_rate` / (N·s²/m²), line damping in proportion to ė·|ė|.
 
     In nobody's table: `leak` / (1/s) of the thrust's force; `warming` / (1/s), by which k falls; `sway` / N at
     `sway_rate` / Hz; `knock` / N for 0.3 s at `knock_time`; `patch` / N of friction on a third of the way only;
@@ -61,6 +61,7 @@ class Full(Truth):
     guide: float = 0.0
     tank: float = 0.0
     tank_omega: float = 1.0
+    by_rate: float = 0.0
 
 
 NAMES = [entry.name for entry in fields(Full)]
@@ -69,8 +70,8 @@ AT = {name: at for at, name in enumerate(NAMES)}
 assert NAMES[RIPPLE] == "ripple"
 (FRAME, FRAME_W, FRAME_Z, TOE, TOE_END, BRANCH, BRANCH_T, LOOP, LOOP_END, WEIGHT, SLIP, ARM, INERTIA) = range(14, 27)
 (YAW_W, GAIN, LAG, DELAY, HEAVIER, LONGER, LEAK, WARMING, SWAY, SWAY_RATE, KNOCK, KNOCK_T) = range(27, 39)
-(PATCH, CABLE, TOW, GUIDE, TANK, TANK_W) = range(39, 45)
-assert NAMES[TANK_W] == "tank_omega"
+(PATCH, CABLE, TOW, GUIDE, TANK, TANK_W, BY_RATE) = range(39, 46)
+assert NAMES[BY_RATE] == "by_rate"
 SLACK, PULLING, CLIPPED = 0, 1, 2
 X, V, Z, H, U, DU, PHI, DPHI, PUSH, S, DS = range(11)
 jit = numba.njit(cache=True)
@@ -108,7 +109,7 @@ def _pull(p, t, y, slipped):
                 break
         part = 1.0 / (1.0 + 2 * hang * p[K] / tension**3)
         return tension + p[C] * part**2 * rate
-    found = _elastic(p, t, e) + (p[C] + p[AMPLITUDE] * abs(e)) * rate
+    found = _elastic(p, t, e) + (p[C] + p[AMPLITUDE] * abs(e) + p[BY_RATE] * abs(rate)) * rate
     return found + p[BRANCH] * (e - y[Z]) + p[LOOP] * y[H]
 
 

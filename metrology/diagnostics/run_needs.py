@@ -24,8 +24,7 @@ def lacking_in(rig: Rig, runs: Sequence[MeasuredRun]) -> dict[str, str]:
     if rig.attachment != "tether":
         lacking["tether"] = said("the line pushes as well as it pulls")
     if rig.attachment != "both ways":
-        text = "the line does not push: a cubic term, or damping by amplitude, acts alike there"
-        lacking["both ways"] = said(text)
+        lacking["both ways"] = said("the line does not push: a cubic term acts alike there")
     if not rig.length > 0:
         lacking["length"] = said("the free length of the line is not stated")
     return lacking

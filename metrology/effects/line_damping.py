@@ -15,7 +15,7 @@ CAUSE = Cause(
     consequence="c is a mean over the speeds of the record, off by 8·c₂·ω·A/(3π) at the amplitude A",
     advice="state c with its amplitude and frequency",
     separate="another mass on the same sample: c₂ goes with its speed, the drag of the air with that of the module",
-    pictures=("rate", "force-velocity"), needs=("both ways",),
+    pictures=("rate", "force-velocity"),
     amount=lambda known: 0.1 * max(known["c"], 0.01 * known["k"] / known["omega"]) / known["v"],
 )  # fmt: skip
 EFFECT = Effect(
@@ -32,7 +32,7 @@ EFFECT = Effect(
     causes=(
         CAUSE,
         replace(
-            CAUSE, method="decay", needs=(), amount=lambda known: 0.02 * known["c"] / known["v"],
+            CAUSE, method="decay", amount=lambda known: 0.02 * known["c"] / known["v"],
             alone="in a decay it is exactly a quadratic drag of the module",
         ),
     ),

@@ -17,6 +17,9 @@ CLOSE = 1e-5
 """Length of the last step, in standard uncertainties, below which the search has converged."""
 FLAT = 1e-9
 """Relative gain of a step below which a search that cannot shorten its steps (kinks of contact) stands still."""
+NEARLY = 10.0
+"""Times the length of a last step, within which a search has converged whose steps are used up: what Gauss–Newton leaves
+out of a model that does not fit makes each step up to nine tenths of the one before, so that ten times is left."""
 
 RESOLVED = 1e-13
 """Part of the sum of squares below which rounding hides a change: 500 units in the last place."""
@@ -139,7 +142,7 @@ def finished(problem: Problem, theta: Array) -> tuple[Point, Slope] | None:
 
 
 def _descend(problem: Problem, point: Point, *, close: float, steps: int, enough: float) -> Solution:
-    damping = 1e-3
+    damping, length = 1e-3, math.inf
     here = slope(problem, point)
     plain = close
     for count in range(1, steps + 1):
@@ -164,6 +167,8 @@ def _descend(problem: Problem, point: Point, *, close: float, steps: int, enough
         # Near the end the parabola holds: leave the damping away altogether.
         damping = 0.0 if length < 1.0 else damping
         here = slope(problem, point)
+    if length < NEARLY * close:
+        return Solution(point, here, "converged", steps, said("converged in {count} steps", count=steps))
     return Solution(point, here, "stalled", steps, said("not converged within {count} steps", count=steps))
 
 

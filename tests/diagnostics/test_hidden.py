@@ -175,6 +175,17 @@ def test_planted_part_of_the_module_that_swings_is_named_and_k_holds(material, t
 
 
 @pytest.mark.long
+@pytest.mark.parametrize(("material", "law"), [
+    ("nylon", {"by_rate": 30.0}), ("spectra", {"by_rate": 100.0}), ("nylon", {"amplitude": 80.0}),
+])  # fmt: skip
+def test_planted_damping_of_a_line_that_only_pulls_is_named_by_what_it_grows_with(material, law):
+    """By its speed, or by its elongation: unlike a drag of the module, neither acts while the line is slack."""
+    found = diagnosed(material, 23, runs_with(material, 23, **law))
+    assert (found.verdict, found.named) == ("explained", ("line damping" if "by_rate" in law else "damping",))
+    assert_holds(found, *MATERIALS[material])
+
+
+@pytest.mark.long
 def test_planted_effects_that_take_each_other_back_are_found_together():
     """A downhill table and a viscous drag: each alone would move these data by 15 standard deviations, both by 10."""
     found = diagnosed("spectra", 50001, runs_with("spectra", 50001, viscous=4.04e-3, tilt=1.269e-6))

@@ -101,3 +101,23 @@ def test_law_a_search_ends_where_rounding_hides_the_rest() -> None:
     assert found.status == "converged"
     assert found.point is not None
     assert found.point.theta[0] == pytest.approx(1.0, rel=0, abs=1e-8)
+
+
+@pytest.mark.parametrize(("bend", "status"), [(0.9, "converged"), (0.97, "stalled")])
+def test_limit_short_steps_of_a_model_that_does_not_fit_converge_by_its_misfit(bend: float, status: str) -> None:
+    """(θ, aθ²) far from the readings: each step goes to the other side of the minimum, `bend` times as far off."""
+    away = 1e3
+    a = bend / (2 * away)
+
+    def residuals(theta: Array) -> Array:
+        return np.array([theta[0] - 1.0, a * theta[0] ** 2 + away])
+
+    def derivatives(theta: Array) -> Array:
+        return np.array([[1.0], [2 * a * theta[0]]])
+
+    block = Block("bent", (0,), residuals, derivatives, (Segment("y", 0, 2),), 2)
+    found = solve(Problem((Unknown("b", 3000.0),), (block,)), close=1e-2, steps=25)
+    assert found.point is not None
+    assert found.status == status
+    left = abs(found.point.theta[0] - 1 / (1 + bend)) / (away / np.sqrt(2))
+    assert left < 0.1 if status == "converged" else left > 0.05
