@@ -86,6 +86,10 @@ CASES: dict[str, list[tuple[tuple[float, float], dict[str, float]]]] = {
     "gain_drift": [(NYLON, {"gain_drift.rate": 1e-3})],
     "motion": [(NYLON, {"motion.scale": 1.01})],
     "hum": [(NYLON, {"hum.T": 0.01, "hum.x": 1e-3, "hum.v": 1e-3})],
+    "cell_lag": [
+        (NYLON, {"cell_lag.time": 0.02}), (SPECTRA, {"cell_lag.time": 0.2, "clock.T": -0.003}),
+        (SPECTRA, {"cell_lag.time": 0.02, "cubic.stiffness": 3e5}),
+    ],
     "clock": [(PEEK, {"clock.T": -0.0043, "clock.x": -0.0021, "clock.v": -0.001})],
     "start": [(NYLON, {"start.x": 0.002, "start.v": 0.003})],
     "even": [(SPECTRA, {"even.stiffness": 3e3})],

@@ -25,7 +25,8 @@ _NULLS = np.array([NONE if one.null is None else one.null for one in PARAMETERS.
 _CLOCKS = [layout.CLOCK_X, layout.CLOCK_V, layout.CLOCK_T]
 _CURVED = [INDEX[name] for effect in EFFECTS for name in hooks.sizes(effect, curved=True)]
 _STATES = [*([place] for place in (layout.FRAME, layout.FRAME, layout.ARM, layout.ARM, layout.APPENDAGE,
-                                   layout.APPENDAGE, layout.ZENER, layout.SECOND, layout.HYSTERESIS, layout.LAG)),
+                                   layout.APPENDAGE, layout.ZENER, layout.SECOND, layout.HYSTERESIS, layout.LAG,
+                                   layout.CELL_LAG)),
            [INDEX[name] for name in hooks.timed()]]  # fmt: skip
 """For each inner state the parameters that call for it, in the order of `layout.FRAME_U` and so on."""
 _READS = [INDEX[name] for name in SILENT]

@@ -25,6 +25,7 @@ RAMP = 1e-6
 BARELY = 1e-200
 """In place of a size at its null: every event that it makes is there, and nothing else changes."""
 _SIZES = {one.name for effect in EFFECTS for one in effect.parameters[: effect.sizes] if one.null == 0.0}
+_SHIFTED = {"T": "cell_lag.time"}
 _SAME = {"mass.factor": "m", "free_length.shift": "taut"}
 
 
@@ -155,7 +156,7 @@ def follow(
     plan = [_moved_by(rig, name) for name in names]
     values = np.array(rig.vector(), ndmin=2)
     for name in names:
-        if name in _SIZES and rig.value(name) == 0.0 and name not in ("thrust.lag", "sag.weight"):
+        if name in _SIZES and rig.value(name) == 0.0 and name not in ("thrust.lag", "cell_lag.time", "sag.weight"):
             values[0, INDEX[name]] = BARELY
     packed = pack(rig, run, values)
     if "sag.weight" in names and packed.linear:
@@ -192,7 +193,8 @@ def follow(
 
 def _moved_by(rig: Rig, name: str) -> tuple[int | None, float]:
     """Position in the kernel's vector of the parameter by which `name` acts on the motion, and the factor; or None."""
-    if name.startswith("clock."):
+    # A short lag of the cell shifts the tension like a clock.
+    if name.startswith("clock.") or (name == "cell_lag.time" and rig.value(name) == 0.0):
         return STAMPS, 1.0
     if name in hooks.READ:
         return None, 0.0
@@ -214,7 +216,7 @@ def _spread(
             continue
         for name, channel in zip(CHANNELS, found, strict=True):
             if at == STAMPS:
-                if names[row] == f"clock.{name}":
+                if names[row] in (f"clock.{name}", _SHIFTED.get(name)):
                     channel[row] = channel[-1]
             elif first[at] != row or factor != 1.0:
                 np.multiply(channel[first[at]], factor, out=channel[row])

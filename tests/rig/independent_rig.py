@@ -22,7 +22,7 @@ NULLS = {
     "thrust.gain": 1, "thrust.lag": 0, "thrust.delay": 0, "thrust.fading": 0,
     "slip.set": 0, "yaw.arm": 0, "yaw.inertia": 1,
     "yaw.frequency": 0.5, "yaw.damping": 0.02, "cell.gain": 1, "cell.zero": 0, "cell.drift": 0, "motion.scale": 1,
-    "clock.x": 0, "clock.v": 0, "clock.T": 0, "hum.x": 0, "hum.v": 0, "hum.T": 0, "hum.frequency": 50, "hum.phase": 0,
+    "cell_lag.time": 0, "clock.x": 0, "clock.v": 0, "clock.T": 0, "hum.x": 0, "hum.v": 0, "hum.T": 0, "hum.frequency": 50, "hum.phase": 0,
     "start.x": 0, "start.v": 0, "even.stiffness": 0, "line_damping.quadratic": 0, "asymmetric_damping.outward": 0,
     "hose.stiffness": 0, "hose.rest": 0, "stop.stiffness": 0, "stop.gap": 0,
     "slack.share": 0, "slack.place": 1e-3, "slack.damping": 1,
@@ -42,7 +42,7 @@ class Reference:
         self.taut = taut + self.e["free_length.shift"]
         self.line, self.length, self.weight, self.eq3, self.cap, self.g = line, length, weight, eq3, cap, g
 
-    # states: x, v, u, u', phi, phi', z, h, F, of the appendage where it is in space: X + y, and its rate; z_b
+    # states: x, v, u, u', phi, phi', z, h, F, of the appendage where it is in space: X + y, and its rate; z_b; what the cell reads
     def elastic(self, epsilon, z, h):
         """Static tension of the material."""
         e, size = self.e, abs(epsilon)
@@ -138,7 +138,7 @@ class Reference:
 
     def rhs(self, t, y, contact, slide, thrust):
         thrust *= 1 - self.e["thrust.fading"] * (t - self.begun)
-        e, out = self.e, np.zeros(12)
+        e, out = self.e, np.zeros(len(y))
         if slide != 0:
             held = (slide + e["friction.bias"]) * e["friction.force"]
             rigid = self.m - e["appendage.mass"]
@@ -162,6 +162,8 @@ class Reference:
             out[7] = speed * (1 - 0.5 * (1 + np.sign(speed * h)) * abs(h / e["hysteresis.yield"]))
         if e["thrust.lag"] > 0:
             out[8] = (thrust - y[8]) / e["thrust.lag"]
+        if e["cell_lag.time"] > 0:
+            out[12] = (T - y[12]) / e["cell_lag.time"]
         return out
 
     def conditions(self, y0, contact, slide, slipped, thrust):  # noqa: C901 - a list of all that ends a regime
@@ -243,7 +245,7 @@ class Reference:
         wanted = [np.asarray(t) - e[f"clock.{name}"] for name in "xvT"]
         outs = [np.full(len(t), np.nan) for _ in range(3)]
         now, end = 0.0, max(w[-1] for w in wanted)
-        y = np.zeros(12)
+        y = np.zeros(13 if e["cell_lag.time"] > 0 else 12)
         y[0], y[1] = x0 + e["start.x"], v0 + e["start.v"]
         self.x0, y[10] = y[0], y[1]  # the appendage at rest on the module
         self.begun = edges[0][0] + e["thrust.delay"] if edges else 0.0
@@ -254,6 +256,8 @@ class Reference:
         if contact != "below":
             self.settle(y)
             y[6] = y[11] = self.geometry(y)[0]
+        if e["cell_lag.time"] > 0:
+            y[12] = self.tension(y, contact)
         slide = self.grip(y, contact, thrust)
         events = []
         for _ in range(most):
@@ -282,7 +286,8 @@ class Reference:
                     if channel < 2:
                         outs[channel][inside] = states[channel]
                     else:
-                        outs[2][inside] = [self.tension(s, contact) for s in states.T]
+                        lags = e["cell_lag.time"] > 0
+                        outs[2][inside] = states[12] if lags else [self.tension(s, contact) for s in states.T]
             now, y = leg, result.y[:, -1].copy()
             if result.status == 0:
                 if now >= end:

@@ -32,7 +32,7 @@ OFF = {
     "even.stiffness": 3e3, "line_damping.quadratic": 300.0, "sine.rate": 5.0, "gain_drift.rate": 1e-3,
     "friction.bias": 0.2, "appendage.mass": 2.0, "appendage.frequency": 4.0, "appendage.damping": 0.03,
     "asymmetric_damping.outward": 3.0, "hose.stiffness": 0.4, "hose.rest": 1.2, "stop.stiffness": 4.0, "stop.gap": 1.49,
-    "slack.share": 0.3, "slack.place": 0.03, "slack.damping": 0.6,
+    "cell_lag.time": 0.012, "slack.share": 0.3, "slack.place": 0.03, "slack.damping": 0.6,
     "second_branch.stiffness": 25.0, "second_branch.time": 4.0,
 }  # fmt: skip
 """Every parameter of an effect off its null."""

@@ -13,8 +13,8 @@ import numpy as np
 from metrology.rig.kernel.layout import (  # isort: skip - in the order of the positions
     M, K, C, TAUT, LENGTH, WEIGHT, CAP, SETUP, SLIP, FRICTION, BIAS, TOE, TOE_RATIO, FRAME, FRAME_RATE, FRAME_DAMPING,
     ARM, INERTIA, YAW_RATE, YAW_DAMPING, APPENDAGE, APPENDAGE_RATE, APPENDAGE_DAMPING, ZENER, ZENER_TIME, SECOND,
-    SECOND_TIME, HYSTERESIS, YIELD, SAG, LAG, STOP, STOP_AT, SLACK, SLACK_AT, SLACK_DAMPING, X, V, NOTHING, FRAME_U,
-    FRAME_V, YAW_U, YAW_V, APPENDAGE_U, APPENDAGE_V, RELAXED, RELAXED_B, LOOP, THRUST, TIME, ATTACHMENT, WEIGHS, N,
+    SECOND_TIME, HYSTERESIS, YIELD, SAG, LAG, CELL_LAG, STOP, STOP_AT, SLACK, SLACK_AT, SLACK_DAMPING, X, V, NOTHING, FRAME_U,
+    FRAME_V, YAW_U, YAW_V, APPENDAGE_U, APPENDAGE_V, RELAXED, RELAXED_B, LOOP, THRUST, SHOWN, TIME, ATTACHMENT, WEIGHS, N,
     NO_LINE, CONTACT, SLIDE, TOE_SIDE, TURN_SIDE, LOOP_SIDE, SLIPPED, CAPPED, TOUCHED, SLACKENED, HELD, BELOW,
     STRETCHED, added_force, added_tension, added_slope, added_damping, has_tension,
 )  # fmt: skip
@@ -158,6 +158,11 @@ def tension(y, r, p, kind, at):
     return slack_weight(y, r, p, kind, at)
 
 
+def shown(y, T, p, at):
+    """Give what the load cell shows of a tension: of a lagging cell, its state."""
+    return y[at[SHOWN]] if p[CELL_LAG] > 0.0 else T
+
+
 def pushed(e, rate, p):
     """Pull of all that can go slack, counted from where it does: k·(e − e_s) + q·c·e′."""
     return p[K] * (e - p[SLACK_AT]) + p[SLACK_DAMPING] * p[C] * rate
@@ -192,7 +197,7 @@ def net_force(y, thrust, T, r, p, at):
 
 
 def motion(y, thrust, r, p, kind, at, dy):
-    """Fill `dy`: (m − m_a)·x″ = F_net − F_c·(sign(v) + β), and the inner states; return T."""
+    """Fill `dy`: (m − m_a)·x″ = F_net − F_c·(sign(v) + β), and the inner states; return what the cell shows."""
     dy[X], dy[V] = 0.0, 0.0
     T = tension(y, r, p, kind, at)
     if r[SLIDE] != 0 and r[HELD] == 0:
@@ -215,8 +220,11 @@ def motion(y, thrust, r, p, kind, at, dy):
     dy[at[APPENDAGE_V]] = -dy[V] - omega**2 * u - 2.0 * p[APPENDAGE_DAMPING] * omega * du
     if p[LAG] > 0.0:
         dy[at[THRUST]] = (thrust - y[at[THRUST]]) / p[LAG]
+    read = shown(y, T, p, at)
+    if p[CELL_LAG] > 0.0:
+        dy[at[SHOWN]] = (T - read) / p[CELL_LAG]
     if at[RELAXED] == NOTHING and at[RELAXED_B] == NOTHING and at[LOOP] == NOTHING:
-        return T
+        return read
     h = y[at[LOOP]]
     epsilon, speed = 0.0, 0.0
     if r[CONTACT] != BELOW:
@@ -231,4 +239,4 @@ def motion(y, thrust, r, p, kind, at, dy):
     dy[at[LOOP]] = 0.0
     if p[HYSTERESIS] > 0.0:  # else its turns are not watched, and it would run away
         dy[at[LOOP]] = speed * (1.0 - yielded)
-    return T
+    return read

@@ -15,7 +15,7 @@ from metrology.rig.kernel.layout import (  # isort: skip - in the order of the p
     SECOND, HYSTERESIS, STOP, X, V, SIZE, ATTACHMENT, N, NO_LINE, CONTACT, SLIPPED, TOUCHED, STRETCHED, WATCHED,
     added_stiffness,
 )  # fmt: skip
-from metrology.rig.kernel.equation import motion, tension
+from metrology.rig.kernel.equation import motion
 from metrology.rig.kernel.regimes import watch
 
 INVERSE = 1.0 / np.maximum(np.arange(40), 1)  # division is slow where it is waited for
@@ -37,9 +37,8 @@ def assemble(r, p, kind, at, A, W, rows):
         if j >= 0:
             y[j] = 1.0 if j < n else y[j]
         thrust = 1.0 if j == n else 0.0
-        motion(y, thrust, r, p, kind, at, dy)
+        T = motion(y, thrust, r, p, kind, at, dy)
         watch(y, thrust, r, p, kind, at, g)
-        T = tension(y, r, p, kind, at)
         if j < 0:
             t0 = T
             for i in range(n):
@@ -98,6 +97,8 @@ def reach(A, n, omega):
                     drives += abs(A[j, i]) * scale[i] / scale[j]
             if driven > 0.0 and drives > 0.0:
                 scale[i] *= math.sqrt(driven / drives)
+            elif driven > 0.0 and A[i, i] != 0.0:  # what drives nothing may be as large as it likes
+                scale[i] *= driven / abs(A[i, i])
     largest = 0.0
     for j in range(n):
         total = 0.0

@@ -24,15 +24,17 @@ ZENER, ZENER_TIME, SECOND, SECOND_TIME = (INDEX[name] for name in (
     "zener.stiffness", "zener.time", "second_branch.stiffness", "second_branch.time"))
 HYSTERESIS, YIELD, SAG = INDEX["hysteresis.stiffness"], INDEX["hysteresis.yield"], INDEX["sag.weight"]
 GAIN, LAG, DELAY, FADING = (INDEX[f"thrust.{name}"] for name in ("gain", "lag", "delay", "fading"))
+CELL_LAG = INDEX["cell_lag.time"]
 CLOCK_X, CLOCK_V, CLOCK_T = (INDEX[f"clock.{channel}"] for channel in "xvT")
 STOP, STOP_AT = INDEX["stop.stiffness"], INDEX["stop.gap"]
 SLACK, SLACK_AT, SLACK_DAMPING = (INDEX[f"slack.{name}"] for name in ("share", "place", "damping"))
 START_X, START_V = INDEX["start.x"], INDEX["start.v"]
 # Positions in the state. X is measured from where the line is taut. What a rig lacks points at NOTHING, which is 0.
-X, V, NOTHING, SIZE = 0, 1, 13, 14
+X, V, NOTHING, SIZE = 0, 1, 14, 15
 # Positions of the other states, kept in the table `at`: frame u, u′, yaw r·φ, r·φ′, appendage y, y′, relaxing branches
-# z, z_b, loop h, lagged thrust, and the time, where a term asks for it.
-FRAME_U, FRAME_V, YAW_U, YAW_V, APPENDAGE_U, APPENDAGE_V, RELAXED, RELAXED_B, LOOP, THRUST, TIME = range(11)
+# z, z_b, loop h, lagged thrust, what a lagging cell shows, and the time, where a term asks for it.
+(FRAME_U, FRAME_V, YAW_U, YAW_V, APPENDAGE_U, APPENDAGE_V, RELAXED, RELAXED_B, LOOP, THRUST, SHOWN,
+ TIME) = range(12)
 # What the rig is like: the table `kind`.
 ATTACHMENT, WEIGHS, N, TOGETHER = range(4)
 TETHER, BOTH_WAYS, NO_LINE = range(3)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from metrology.rig.kernel.layout import (  # isort: skip - in the order of the positions
     K, TAUT, CAP, SLIP, FRICTION, STATIC_RATIO, BIAS, TOE, FRAME, ARM, INERTIA, YAW_RATE, ZENER, SECOND, HYSTERESIS,
-    SAG, STOP, SLACK, X, V, NOTHING, SIZE, FRAME_U, YAW_U, RELAXED, RELAXED_B, LOOP, THRUST, ATTACHMENT, WEIGHS, TETHER,
+    SAG, CELL_LAG, STOP, SLACK, X, V, NOTHING, SIZE, FRAME_U, YAW_U, RELAXED, RELAXED_B, LOOP, THRUST, SHOWN, ATTACHMENT, WEIGHS, TETHER,
     BOTH_WAYS, NO_LINE, CONTACT, SLIDE, TOE_SIDE, TURN_SIDE, LOOP_SIDE, SIDE, SLIPPED, CAPPED, TOUCHED, SLACKENED, HELD,
     BELOW, STRETCHED, LIFTED, W_EXCESS, W_PULL, W_SPEED, W_GRIP, W_GRIP_BACK, W_TOE, W_TOE_BACK, W_TURN, W_LOOP, W_SIDE,
     W_CAP, W_STOP, W_SLACK, WATCHED, CLAMP, added_slope, is_curved_line, is_curved_force, turns, has_sides, has_ways,
@@ -195,5 +195,7 @@ def begin(y, thrust, r, p, kind, at, x0, v0):
     y[at[THRUST]] = 0.0
     y[NOTHING] = 0.0
     touch(y, r, p, kind, at)
+    if p[CELL_LAG] > 0.0:
+        y[at[SHOWN]] = tension(y, r, p, kind, at)
     r[SLIDE] = 1
     grip(y, thrust, r, p, kind, at)

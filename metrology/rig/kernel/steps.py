@@ -14,7 +14,7 @@ from metrology.rig.kernel.layout import (  # isort: skip - in the order of the p
     TAUT, SLIP, LAG, X, V, SIZE, FRAME_U, FRAME_V, YAW_U, YAW_V, APPENDAGE_U, APPENDAGE_V, RELAXED, RELAXED_B, LOOP,
     THRUST, TIME, N, SLIPPED, WATCHED, FIRST,
 )  # fmt: skip
-from metrology.rig.kernel.equation import motion, tension
+from metrology.rig.kernel.equation import motion, shown, tension
 from metrology.rig.kernel.exponential import fastest
 from metrology.rig.kernel.regimes import watch
 from metrology.rig.kernel.zeros import dip
@@ -225,7 +225,7 @@ def put_step(
             if channel == 1 or together:
                 outs[1][i] = probe[V]
             if channel == 2 or together:
-                outs[2][i] = tension(probe, r, p, kind, at)
+                outs[2][i] = shown(probe, tension(probe, r, p, kind, at), p, at)
             i += 1
         firsts[channel] = i
     if together:

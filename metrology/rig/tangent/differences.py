@@ -8,11 +8,11 @@ from __future__ import annotations
 import numpy as np
 
 from metrology.rig.kernel.layout import (  # isort: skip - in the order of the positions
-    M, K, TAUT, LENGTH, SLIP, STATIC_RATIO, SAG, GAIN, LAG, DELAY, FADING, START_X, START_V, X, V, SIZE, FRAME_U,
-    FRAME_V, YAW_U, YAW_V, APPENDAGE_U, APPENDAGE_V, RELAXED, RELAXED_B, LOOP, THRUST, N, CONTACT, BELOW, STRETCHED,
+    M, K, TAUT, LENGTH, SLIP, STATIC_RATIO, SAG, GAIN, LAG, CELL_LAG, DELAY, FADING, START_X, START_V, X, V, SIZE, FRAME_U,
+    FRAME_V, YAW_U, YAW_V, APPENDAGE_U, APPENDAGE_V, RELAXED, RELAXED_B, LOOP, THRUST, SHOWN, N, CONTACT, BELOW, STRETCHED,
     SINCE, STATE,
 )  # fmt: skip
-from metrology.rig.kernel.equation import excess, motion, relaxed, stretch
+from metrology.rig.kernel.equation import excess, motion, relaxed, stretch, tension
 from metrology.rig.kernel.march import thrust_at
 
 STAMPS = -1
@@ -39,6 +39,7 @@ def extent(legs, p, at, n):
         largest[i] = max(largest[i], largest[X])
     for i in (at[FRAME_V], at[YAW_V], at[APPENDAGE_V]):
         largest[i] = max(largest[i], largest[V])
+    largest[at[SHOWN]] = max(largest[at[SHOWN]], p[K] * largest[X])
     return largest
 
 
@@ -80,7 +81,7 @@ def plan_steps(typical, F, r, p, kind, at, which, small, low, plan, d0, d1):
 
 
 def partials(q, y, F, r, p, kind, at, which, plan, step, J, by_F, by_p, d0, d1, d2):
-    """Derivatives of the equation of motion, and of T in their last row, by state, thrust and parameters; T."""
+    """Derivatives of the equation of motion, and of what the cell shows in their last row."""
     n = kind[N]
     T0 = motion(y, F, r, p, kind, at, d0)
     for s in range(n):
@@ -106,7 +107,7 @@ def partials(q, y, F, r, p, kind, at, which, plan, step, J, by_F, by_p, d0, d1, 
         held = p[a]
         if a == SAG and held == 0.0:
             T1, T2 = faint_pull(y, F, r, p, kind, at, d1)
-            by_p[q, n, j] = T1
+            by_p[q, n, j] = T1 if p[CELL_LAG] <= 0.0 else 0.0
             for i in range(n):  # linear in T
                 by_p[q, i, j] = T1 / T2 * (d1[i] - d0[i])
             continue
@@ -133,7 +134,8 @@ def faint_pull(y, F, r, p, kind, at, dy):
     r[CONTACT], p[SAG] = STRETCHED, FAINT
     T = stretch(excess(y, at)[0], relaxed(y, p, at), y[at[LOOP]], r, p)[1] / FAINT
     p[SAG] = 1.0
-    pulled = motion(y, F, r, p, kind, at, dy)
+    motion(y, F, r, p, kind, at, dy)
+    pulled = tension(y, r, p, kind, at)
     r[CONTACT], p[SAG], y[X] = BELOW, 0.0, held
     return T, pulled
 

@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 
 from metrology.rig.kernel.layout import (  # isort: skip - in the order of the positions
-    TAUT, SLIP, CLOCK_X, CLOCK_V, CLOCK_T, X, V, SIZE, N, TOGETHER, SLIDE, SLIPPED, REGIME, WATCHED, FORCE, BLOCK, KEPT,
-    SINCE, SPAN, PUSH, GROWTH, ENDING, PIECE, PART, STATE, RULES,
+    TAUT, SLIP, CLOCK_X, CLOCK_V, CLOCK_T, X, V, NOTHING, SIZE, N, TOGETHER, SLIDE, SLIPPED, REGIME, WATCHED, FORCE,
+    BLOCK, KEPT, SINCE, SPAN, PUSH, GROWTH, ENDING, PIECE, PART, STATE, RULES,
 )  # fmt: skip
 from metrology.rig.kernel.equation import motion
 from metrology.rig.kernel.exponential import fastest, reach
@@ -61,7 +61,7 @@ def trace(legs, p, which, small, low, kind, at, pair, rule, start, edges, forces
     for i in range(SIZE):
         step[i] = SMALL * largest[i] if largest[i] > 0.0 else SMALL
         typical[i] = largest[i]
-    typical[9] = 0.0
+    typical[NOTHING] = 0.0
     plan, shift = np.zeros((many, 5)), np.zeros(many)
     y, after, r, follows = np.zeros(SIZE), np.zeros(SIZE), np.zeros(REGIME, np.int64), np.zeros(REGIME, np.int64)
     d0, d1, d2 = np.zeros(SIZE), np.zeros(SIZE), np.zeros(SIZE)
