@@ -926,6 +926,20 @@ def test_law_results_carry_the_budget_of_the_instruments(tmp_path):
     assert found["relaxed"].framework.u / found["relaxed"].value < 0.01
 
 
+def test_law_the_compliance_of_the_set_up_counts_for_what_relaxes(tmp_path):
+    """relaxed and alpha follow from stiffnesses, from which the set-up is taken off: so does its uncertainty."""
+    stated = CROSSHEAD.replace("0(1) nm/N", "{} nm/N") + "    at: 10 s\n"
+    records = {"a": record(replace(SHORT, read_noise=1e-6), np.random.default_rng(1))}
+    found = {}
+    for at, compliance in enumerate(("0(500)", "500(500)")):
+        (folder := tmp_path / str(at)).mkdir()
+        path = written(folder, stated.replace("{} nm", f"{compliance} nm"), records)
+        found[at] = {one.name: one for one in chain.evaluate(load(path), coverage=False).results}
+    for name in ("hold.relaxed", "hold.alpha"):
+        moved = abs(found[1][name].framework.value - found[0][name].framework.value)
+        assert moved == pytest.approx(found[0][name].framework.u, rel=0.1)
+
+
 @pytest.mark.parametrize("setup", [0.0, 1e-9])
 def test_law_the_division_of_what_was_imposed_counts_over_its_step(setup):
     """Also where a set-up's compliance times a force that scatters is taken off readings that repeat."""

@@ -197,6 +197,36 @@ def test_closed_form_of_strength_and_strain_at_break(tmp_path):
     assert found["F_max"].framework.u / found["F_max"].framework.value == pytest.approx(share, rel=1e-6)
 
 
+@pytest.mark.parametrize("lengths", [{"a": 0.1}, {"a": 0.05, "b": 0.10, "c": 0.20, "d": 0.30}])
+def test_closed_form_of_strain_at_break_by_the_crosshead_less_the_set_up(lengths, tmp_path):
+    """By a stated compliance, or by the one that several lengths tell: with it in the strain was half as large again."""
+    rng = np.random.default_rng(1)
+    records = {name: pull(replace(CLEAN, length=one, breaks=True), rng) for name, one in lengths.items()}
+    own = {name: f", length: {1e3 * one}(1) mm" for name, one in lengths.items()}
+    stated = "    setup_compliance: 20(2) nm/N\n" if len(lengths) == 1 else ""
+    found = results(written(tmp_path, ALONE + stated + "    to_break: true\n", records, own))
+    peak = found["F_max"].framework.value
+    strain = found["eps_b"].framework
+    assert strain.value == pytest.approx(peak / 2e6, rel=1e-6)
+    if stated:
+        # u(C)·F_b/L, u(L) = 0.1 mm, and the cell's class on C·F
+        parts = (2e-9 * peak / 0.1, 1e-3 * strain.value, 0.005 / np.sqrt(3) * 2e-8 * peak / 0.1)
+        assert strain.u == pytest.approx(np.sqrt(np.sum(np.square(parts))), rel=1e-3)
+
+
+def test_law_the_gauge_length_counts_for_the_strain_at_break(tmp_path):
+    record = {"a": pull(replace(CLEAN, breaks=True), np.random.default_rng(1))}
+    path = written(tmp_path, BOTH.replace("strain: clip", "extension: clip") + "    gauge_length: 50(2) mm\n", record)
+    table = np.column_stack([record["a"]["force"], 0.05 * record["a"]["strain"]])
+    text = "\n".join(",".join(map(repr, row)) for row in table.tolist())
+    (tmp_path / "a.csv").write_text(f"force / N,extension / m\n{text}\n", encoding="utf-8")
+    path.write_text(path.read_text(encoding="utf-8").replace("crosshead: machine, ", "").replace(
+        "    specimens:", "    to_break: true\n    specimens:"), encoding="utf-8")  # fmt: skip
+    found = results(path)
+    for name in ("EA", "eps_b"):
+        assert found[name].framework.u / found[name].framework.value == pytest.approx(0.041, rel=0.01)
+
+
 def test_closed_form_of_tenacity_in_cn_per_tex(tmp_path):
     path = written(
         tmp_path, BOTH + "    to_break: true\n", {"a": pull(replace(CLEAN, breaks=True), np.random.default_rng(1))}

@@ -22,7 +22,7 @@ NAMES: dict[str, tuple[str, ...]] = {
 LATER = {
     "decay": {"asymmetric damping", "cubic reading", "hop", "quadratic reading", "slack", "stop"},
     "elongation": {"hysteresis", "initial tension"},
-    "response": {"appendage", "asymmetric damping", "hop", "hose", "second branch", "thrust fading"},
+    "response": {"appendage", "asymmetric damping", "cell lag", "hop", "hose", "second branch", "thrust fading"},
 }
 """Names that this package has had since the table was frozen: they are unlisted here."""
 STEPS = (

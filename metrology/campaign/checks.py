@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from metrology import units
 from metrology.campaign.correlations import check_correlations
 from metrology.campaign.diagnosis import check_diagnosis
+from metrology.campaign.frequencies import check_frequencies
 from metrology.campaign.judgement import RectangularPrior
 from metrology.campaign.temperatures import check_temperatures
 from metrology.declaration.conduct import Test
@@ -40,6 +41,7 @@ def check(campaign: Campaign, names: Names) -> list[Refusal]:
     found += _requirements(campaign, names)
     found += _audit(campaign, names)
     found += check_temperatures(campaign, names)
+    found += check_frequencies(campaign, names)
     found += check_diagnosis(campaign)
     return found + names.refusals
 

@@ -158,7 +158,8 @@ def course(one: Lines, test: TensionTest) -> Course:
     rows, force = one.passage.rows, one.mounting.force
     if test.range.passage > 1:
         return rows, None
-    stop = int(np.argmax(force)) + 1 if end(one.mounting, test.fall).reached else len(force)
+    last = end(one.mounting, test.fall)
+    stop = last.held if last.reached else len(force)
     low, high = one.passage.force
     inside = (force >= low) & (force <= high)
     inside[stop:] = False

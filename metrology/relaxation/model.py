@@ -149,18 +149,19 @@ class Builder:
     def _specimen(self, one: Mounting, result: str) -> None:
         names, _ = self.said[one.name]
         of = f"{self.test.name}.{one.name}"
+        step = f"{of}.step" if f"{of}.step" in self.inputs else ""
         if result == "alpha":
             if "fall" in names:
-                self._add(one, result, lambda n: n[f"{of}.fall"])
+                self._add(one, result, self._fall(of, step) if "r_t" in names else lambda n: n[f"{of}.fall"])
             return
         if result == "relaxed":
             if {"r_0", "r_inf"} <= set(names):
-                self._add(one, result, lambda n: 1 - n[f"{of}.r_inf"] / n[f"{of}.r_0"])
+                self._add(one, result, self._relaxed(of, step))
             return
         kind, time = result.split("_")
         if f"r_{time}" not in names:
             return
-        base = self._base(f"{of}.r_{time}", f"{of}.step" if f"{of}.step" in self.inputs else "")
+        base = self._base(f"{of}.r_{time}", step)
         length, area = self._know(one.length), one.area
         functions: dict[tuple[str, bool], Function] = {
             ("k", False): base,
@@ -170,19 +171,40 @@ class Builder:
         }
         self._add(one, result, functions[kind, self.test.by_strain])
 
+    def _relaxed(self, of: str, step: str) -> Function:
+        """Part that relaxes, by the record alone, or by what a set-up that gives way leaves of it: scales cancel."""
+        if self.test.setup is None:
+            return lambda n: 1 - n[f"{of}.r_inf"] / n[f"{of}.r_0"]
+        at_once, at_last = self._base(f"{of}.r_0", step), self._base(f"{of}.r_inf", step)
+        return lambda n: 1 - at_last(n) / at_once(n)
+
+    def _fall(self, of: str, step: str) -> Function:
+        """Fall of ln k with ln t: that of ln r, over 1 − (C − C_0)·r."""
+        read = self._read(f"{of}.r_t", step)
+        return lambda n: n[f"{of}.fall"] / (1 - self._beyond(n) * read(n))
+
     def _base(self, name: str, step: str) -> Function:
         """Force by stretch: step, scales, gauge length, and what the set-up was taken to give way."""
+        read = self._read(name, step)
+        if self.test.setup is None:
+            return read
+        return lambda n: 1 / (1 / read(n) - self._beyond(n))
+
+    def _read(self, name: str, step: str) -> Function:
+        """Force by stretch as it was read: step, scales, gauge length."""
         test = self.test
 
-        def base(n: Mapping[str, Any]) -> Any:
+        def read(n: Mapping[str, Any]) -> Any:
             gauged = 1.0 if test.gauge is None else n[test.gauge.name] / test.gauge.value
             found = n[name] * (1 + n[step] if step else 1.0) * gauged
-            found = found * (1 + self._scale(n, test.force_scale)) / (1 + self._scale(n, test.stretch_scale))
-            if test.setup is None:
-                return found
-            return 1 / (1 / found - (n[test.setup.name] - test.setup.value))
+            return found * (1 + self._scale(n, test.force_scale)) / (1 + self._scale(n, test.stretch_scale))
 
-        return base
+        return read
+
+    def _beyond(self, n: Mapping[str, Any]) -> Any:
+        """By what the set-up gives way beyond what was taken from the crosshead."""
+        setup = self.test.setup
+        return 0.0 if setup is None else n[setup.name] - setup.value
 
     def _equation(self, result: str) -> str:
         kind, _, time = result.partition("_")

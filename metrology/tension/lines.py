@@ -11,7 +11,7 @@ from metrology.errors import Fault, MetrologyError
 from metrology.tension.passage import Passage, passage
 from metrology.tension.secant import Local, secant, tangent
 from metrology.tension.slope import Slope, scatter, slope
-from metrology.tension.test import Mounting, TensionTest
+from metrology.tension.test import Array, Mounting, TensionTest
 
 BREAK = 0.5
 """Part of the largest force below which a specimen no longer bears: half, as break detectors are usually set."""
@@ -101,7 +101,11 @@ class End:
     broken : bool
         Whether the specimen broke.
     strain, strain_u : float
-        Strain at break, and what a reading of it scatters by; NaN where none tells it.
+        Strain at break as it was read, and what a reading of it scatters by; NaN where none tells it.
+    force : float
+        Force / N of that reading.
+    held : int
+        Readings before the force falls for good: those of the specimen while it bears.
     """
 
     most: float
@@ -110,28 +114,58 @@ class End:
     broken: bool
     strain: float
     strain_u: float
+    force: float = nan
+    held: int = 0
 
 
 def end(one: Mounting, fall: float) -> End:
-    """What a record reaches: its strength, where the force falls by `fall` while the grips go on, and its break.
+    """What a record reaches: its strength, where the force falls by `fall` for good while the grips go on, and its break.
 
     What the force scatters is no fall: n normal readings lie within √(2·ln n) standard deviations of their mean, the
     largest above it and others below. The break is the last reading before the force falls below half of its largest
-    value; a record in which it does not has none.
+    value; a record in which it does not has none. A force that rises again has fallen by unloading.
     """
-    peak = int(np.argmax(one.force))
-    most, after = float(one.force[peak]), one.force[peak:]
-    moved = one.crosshead if one.crosshead is not None else one.nominal
-    u = scatter(one.force[: peak + 1])
-    lower = np.flatnonzero(after < (1 - fall) * most - 2 * sqrt(2 * log(len(one.force))) * u)
-    reached = False
-    if len(lower) and moved is not None:
-        further = moved[peak + lower]
-        reached = bool(np.nanmax(further, initial=-np.inf) >= moved[peak]) or not np.isfinite(further).any()
-    broken = np.flatnonzero(after < BREAK * most)
+    force = one.force
+    most, peak = float(force.max()), int(np.argmax(force))
+    u = scatter(force[: peak + 1])
+    held = 1 + int(np.flatnonzero(force >= (1 - fall) * most - 2 * sqrt(2 * log(len(force))) * u)[-1])
+    reached = held < len(force) and _goes_on(one, held)
+    broken = held + np.flatnonzero(force[held:] < BREAK * most)
     strain = one.nominal
     if strain is None or not reached or not len(broken):
-        return End(most, u, reached, reached and bool(len(broken)), nan, nan)
-    last = peak + int(broken[0]) - 1
+        return End(most, u, reached, reached and bool(len(broken)), nan, nan, held=held)
+    last = int(broken[0]) - 1
     known = strain[: last + 1][np.isfinite(strain[: last + 1])]
-    return End(most, u, reached, True, float(strain[last]), scatter(known))
+    return End(most, u, reached, True, float(strain[last]), scatter(known), float(force[last]), held)
+
+
+def _goes_on(one: Mounting, held: int) -> bool:
+    """Whether the grips go on, or stand, while the force falls after so many readings; as it rose, it falls by unloading.
+
+    They do where they pass all that they came to before, or where, of a force that fell by half, they came back by less
+    than half of what so much force had stretched the set-up and the specimen at least.
+    """
+    moved = one.crosshead if one.crosshead is not None else one.nominal
+    if moved is None:
+        return False
+    before, after = moved[:held], moved[held:]
+    if not np.isfinite(after).any():
+        return True
+    here = float(moved[np.flatnonzero(np.isfinite(before))[-1]])
+    if float(np.nanmax(after)) >= float(np.nanmax(before)):
+        return True
+    low = np.flatnonzero((one.force[held:] < BREAK * one.force.max()) & np.isfinite(after))
+    if not len(low) or one.crosshead is None:
+        return False
+    first = int(low[0])
+    stretch = _least_compliance(one.force, moved) * (float(one.force[held - 1]) - float(one.force[held + first]))
+    return here - float(after[first]) < BREAK * stretch
+
+
+def _least_compliance(force: Array, moved: Array) -> float:
+    """Least movement by force / (m/N) over a quarter of the largest force, where the force first came to it."""
+    most = float(force.max())
+    at = [int(np.argmax(force >= part * most)) for part in (0.25, 0.5, 0.75, 1.0)]
+    pairs = zip(at[:-1], at[1:], strict=True)
+    found = [(moved[b] - moved[a]) / (force[b] - force[a]) for a, b in pairs if force[b] > force[a]]
+    return max(float(np.nanmin(found)) if len(found) and np.isfinite(found).any() else 0.0, 0.0)

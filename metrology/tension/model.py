@@ -17,7 +17,7 @@ from metrology.message import said
 from metrology.tension.lengths import by_lengths
 from metrology.tension.lines import End, Lines, rounding
 from metrology.tension.means import means
-from metrology.tension.results import BY_CROSSHEAD, EQUATIONS, UNITS, Facts
+from metrology.tension.results import BROKEN_BY_CROSSHEAD, BY_CROSSHEAD, EQUATIONS, UNITS, Facts
 from metrology.tension.secant import Local
 from metrology.tension.slope import Slope
 from metrology.tension.test import TensionTest
@@ -61,7 +61,8 @@ class Builder:
         for one, reached in zip(self.drawn, self.ends, strict=True):
             for name in each:
                 if (function := self._specimen(one, reached, name)) is not None:
-                    equation = BY_CROSSHEAD if name == "EA" and one.strain is None else EQUATIONS[name]
+                    by_crosshead = {"EA": BY_CROSSHEAD, "eps_b": BROKEN_BY_CROSSHEAD} if one.strain is None else {}
+                    equation = by_crosshead.get(name, EQUATIONS[name])
                     self.add(self.name(one, name), function, name, equation)
         values = self._evaluated(namespace, each)
         within = {
@@ -99,11 +100,28 @@ class Builder:
             case "tenacity" if reached.reached:
                 return lambda n: n[self.name(one, "F_max")] / n[self.test.linear_density]
             case "eps_b" if isfinite(reached.strain):
-                what = said("strain of {specimen} at break", specimen=one.mounting.name)
-                strain = self.know(Input(f"{of}.break", reached.strain, _scatter(reached.strain_u), "1", what))
-                scale = self.test.strain_scale if one.strain else self.test.crosshead_scale
-                return lambda n: n[strain] * (1 + self._scale(n, scale))
+                return self._broken(one, reached, of)
         return None
+
+    def _broken(self, one: Lines, reached: End, of: str) -> Callable[[Mapping[str, Any]], Any]:
+        """Strain at break: by the extensometer, else by the crosshead less what the set-up gave way."""
+        what = said("strain of {specimen} at break", specimen=one.mounting.name)
+        strain = self.know(Input(f"{of}.break", reached.strain, _scatter(reached.strain_u), "1", what))
+        gauge, setup = self.test.gauge, self.test.setup
+        if one.strain is not None:
+            gauged = 1.0 if gauge is None else gauge.value
+            return lambda n: n[strain] * (1 + self._scale(n, self.test.strain_scale)) * (
+                1.0 if gauge is None else gauged / n[gauge.name])  # fmt: skip
+        assert one.mounting.length is not None
+        length, shown = self.know(one.mounting.length), one.mounting.length.value
+        compliance = f"{self.test.name}.C" if self.facts.by_lengths else "" if setup is None else setup.name
+
+        def broken(n: Mapping[str, Any]) -> Any:
+            force = reached.force * (1 + self._scale(n, self.test.force_scale))
+            moved = n[strain] * shown * (1 + self._scale(n, self.test.crosshead_scale))
+            return (moved - (n[compliance] * force if compliance else 0.0)) / n[length]
+
+        return broken
 
     def _rigidity(self, one: Lines, of: str) -> Callable[[Mapping[str, Any]], Any]:
         """Force by strain: by the extensometer, else by the crosshead less the set-up."""
@@ -207,15 +225,16 @@ class Builder:
         slopes = {"": one.main, "_sec": one.secant, "_tan": one.tangent}
         force = reached.most_u / reached.most
         relative = {"F_max": force, "R_m": float(np.hypot(force, section)), "tenacity": force}
-        if isfinite(reached.strain) and reached.strain:
-            relative["eps_b"] = reached.strain_u / abs(reached.strain)
         for end, slope in slopes.items():
             part = slope.u / abs(slope.value) if slope is not None else 0.0
             own = {"EA": part, "k": part, "E": float(np.hypot(part, section))}
             relative |= {f"{name}{end}": share for name, share in own.items()}
         for name, value in values[of.name].items():
-            found[name] = one.setup.u if name == "C" and one.setup is not None else (
-                abs(value) * relative.get(name, 0.0))  # fmt: skip
+            found[name] = abs(value) * relative.get(name, 0.0)
+        if "C" in found and one.setup is not None:
+            found["C"] = one.setup.u
+        if "eps_b" in found:
+            found["eps_b"] = reached.strain_u
         return found
 
 

@@ -17,10 +17,11 @@ EQUATIONS = {
     "EA_tan": "EA_tan = (dF/dε at the point)·(1 + δ_F)/(1 + δ_ε)",
     "k_tan": "k_tan = EA_tan/L", "E_tan": "E_tan = EA_tan/A",
     "C": "C = dx/dF − L/EA",
-    "F_max": "F_max = largest force", "R_m": "R_m = F_max/A", "eps_b": "ε_b = strain at break",
+    "F_max": "F_max = largest force", "R_m": "R_m = F_max/A", "eps_b": "ε_b = strain at break·(1 + δ_ε)·L_g0/L_g",
     "tenacity": "f = F_max/λ",
 }  # fmt: skip
 BY_CROSSHEAD = "EA = L/(dx/dF − C)"
+BROKEN_BY_CROSSHEAD = "ε_b = (x_b·(1 + δ_x) − C·F_b·(1 + δ_F))/L"
 BY_LENGTHS = "dx/dF = C + L/EA, over specimens of several lengths"
 LENGTHS = 3
 """Different lengths from which on the set-up's compliance follows from them: two would leave no scatter."""
