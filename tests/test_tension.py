@@ -642,3 +642,48 @@ def test_law_a_compliance_of_zero_with_an_uncertainty_is_allowed_and_a_negative_
     assert found["k"].framework.u / found["k"].framework.value == pytest.approx(expected, rel=1e-3)
     with pytest.raises(MetrologyError, match="zero or more"):
         load(written(tmp_path, stated.replace("STATED", "-1"), {"a": rigid}))
+
+
+@pytest.mark.long
+def test_law_a_slack_that_is_named_leaves_no_compliance_by_the_line_through_it(tmp_path):
+    """200 nm/N with a slack of 100 µm were 326 nm/N, and passed a lower limit of 230."""
+    rng = np.random.default_rng(4)
+    records = {name: pull(Machine(slack=1e-5), rng) for name in "abc"}
+    path = written(tmp_path, BOTH, records)
+    more = (
+        "derived:\n  - {quantity: twice, expression: 2*C, where: {C: pull.C}, unit: nm/N}\n"
+        "requirements:\n"
+        "  - {id: R, quantity: pull.C, limits: {lower: 1 nm/N}, decision: {rule: guard band}}\n"
+        "  - {id: S, quantity: twice, limits: {lower: 1 nm/N}, decision: {rule: guard band}}\n"
+    )
+    path.write_text(path.read_text(encoding="utf-8").replace("diagnosis: {off: true}\n", "") + more, encoding="utf-8")
+    found = chain.evaluate(load(path), coverage=False)
+    assert "slack" in found.diagnosis[0].named
+    assert not {"pull.C", "pull.a.C", "twice"} & {one.name for one in found.results}
+    assert any(one.startswith("pull has no C: ") for one in found.failures)
+    assert not found.conformity
+    (E,) = (one for one in found.results if one.name == "pull.E")
+    assert abs(E.value - 2e11) < 3 * E.u
+
+
+@pytest.mark.parametrize("way", ["heating", "creep"])
+def test_limit_cycles_whose_last_peaks_reach_further_have_no_break(way):
+    """Cycles to one force: the first peak may be the largest, and the later ones reach further."""
+    t = np.arange(4000) / 50.0
+    force = 500.0 * (1 - np.abs(2 * (t / 20.0 % 1) - 1))
+    grows = {"heating": 1 - np.exp(-t / 30.0), "creep": 0.05 * np.log1p(t)}[way]
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        strain = force / 2.2e5 * (1.0 if way == "heating" else 1 + grows) + (5e-5 * grows if way == "heating" else 0.0)
+        crosshead = 0.2 * strain + 2e-7 * force + 2e-6 * rng.standard_normal(len(t))
+        one = Mounting("a", force + 0.2 * rng.standard_normal(len(t)), crosshead=crosshead, strains=(strain,))
+        found = end(one, 0.01)
+        assert (found.reached, found.broken) == (False, False)
+        # It breaks at the third peak, and the machine stands: what was read there is the strain at break.
+        last = int(np.argmax(t >= 50.0))
+        gone = np.arange(len(t)) > last
+        stopped = np.where(gone, crosshead[last] + 2e-6 * rng.standard_normal(len(t)), crosshead)
+        found = end(replace(one, force=np.where(gone, 3.0, one.force), crosshead=stopped), 0.01)
+        assert (found.reached, found.broken) == (True, True)
+        assert found.strain == strain[last]
+        assert found.force == one.force[last]

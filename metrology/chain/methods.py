@@ -77,6 +77,8 @@ def _correct(plan: Plan, task: Task[Any], analysed: Analysed[Any], found: Diagno
     if new is stated:
         return
     plan.exchange(stated, new)
+    for name in {one.name for one in stated.measurands} - {one.name for one in new.measurands}:
+        del plan.identities[name]
     for measurand in new.measurands:
         plan.identities.setdefault(measurand.name, task.identity(measurand, headline=False))
     plan.corrected[task.name] = (stated, new)

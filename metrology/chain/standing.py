@@ -68,11 +68,13 @@ def standing(plan: Plan, evaluation: Evaluation, *, probability: float = 0.95, s
     found, tests = {}, {}
     for row, line in enumerate(law.linear):
         name, u = line.measurand.name, law.u(row)
+        if name not in evaluation.estimates:
+            continue
         own = {line.measurand.name, *line.reads}
         tests[name] = tuple(test for test in names if any(one.startswith(f"{test}.") for one in own))
-        after = evaluation.estimates.get(name)
+        after = evaluation.estimates[name]
         changed = [test for test in tests[name] if test in plan.corrected]
-        if after is None or not changed or not isfinite(line.value):
+        if not changed or not isfinite(line.value):
             continue
         if abs(after.value - line.value) > SAME * abs(line.value) or abs(after.u - u) > SAME * u:
             why = said("{texts}", texts=tuple(reason(by_test[test]) for test in changed))

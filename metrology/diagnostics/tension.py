@@ -107,16 +107,6 @@ class Tension:
         found = [value / own.scale for value, own in zip(moved, self.records[:: self.halves], strict=True)]
         return float(np.mean(found))
 
-    def concerns(self, found: Diagnosis) -> bool:
-        """Whether an effect that was found acts on the readings from which the results follow."""
-        named = [one.effect for one in found.causes if one.verdict in ("supported", "indistinguishable")]
-        shapes = {size.name: size.null for name in named for size in self.candidates[name].parameters}
-        kind = 0.0 if self.strain else 1.0
-        return any(
-            np.any(self.column(name, at, {**shapes, **found.extended_model})[one.seen.crosshead == kind])
-            for name in named for at, one in enumerate(self.records)
-        )  # fmt: skip
-
     # ---- model --------------------------------------------------------------------------------------------------
     def predict(self, at: int, values: Mapping[str, float]) -> Array:
         """Readings of one record."""

@@ -12,6 +12,7 @@ from metrology import tension
 from metrology.declaration.columns import Column, Table
 from metrology.declaration.entry import Refusal
 from metrology.errors import Fault
+from metrology.message import said
 from metrology.method import Analysed, Files, Loading, Method, Output, Task
 from metrology.methods.tension import machine
 from metrology.methods.tension.preparation import facts, prepared, values
@@ -120,10 +121,19 @@ def diagnose(task: Task[TensionTest], ready: Ready, rng: np.random.Generator) ->
 def corrected(task: Task[TensionTest], ready: Ready, stated: Contribution, found: Diagnosis) -> Contribution:
     """Results by the lines that the data support, where what was found acts on what they follow from."""
     from metrology.diagnostics.tension import Tension
+    from metrology.diagnostics.tension_results import concerns_compliance, concerns_stiffness
     from metrology.tension.correction import corrected
 
     subject = Tension(*ready)
-    return corrected(task.name, subject.stated, stated, found) if subject.concerns(found) else stated
+    if concerns_compliance(subject, found):
+        text = (
+            "{test} has no C: an effect that was found parts crosshead and extensometer otherwise than a compliance. "
+            "That of the set-up beside it is in the diagnosis."
+        )
+        task.model.failures.append(said(text, test=task.name))
+        kept = tuple(one for one in stated.measurands if not one.name.endswith(".C"))
+        stated = replace(stated, measurands=kept)
+    return corrected(task.name, subject.stated, stated, found) if concerns_stiffness(subject, found) else stated
 
 
 def yields(campaign: Declared, test: TensionTest) -> dict[str, str]:
