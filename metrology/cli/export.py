@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from metrology.cli.campaigns import DONE, campaign_file
-from metrology.errors import Fault, MetrologyError, own_text
+from metrology.errors import MetrologyError
 from metrology.export.forms import FORMS, write
 
 if TYPE_CHECKING:
@@ -72,16 +72,13 @@ def findings_of(path: Path) -> Findings:
     Raises
     ------
     MetrologyError
-        For a file that cannot be read as either.
+        For a file that cannot be read as either, and for results that were changed since they were written.
     """
     if path.suffix != ".json":
         from metrology import chain
         from metrology.campaign.load import load
 
         return chain.evaluate(load(campaign_file(path)))
-    from metrology.findings import from_json
+    from metrology.export import kept
 
-    try:
-        return from_json(path)
-    except (OSError, ValueError) as error:
-        raise MetrologyError(Fault(str(path), own_text(error), "a results.json of this program")) from None
+    return kept.findings(path)

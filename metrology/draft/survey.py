@@ -229,13 +229,18 @@ def _seen(number: int, heading: Heading, cells: list[Any], decimal: str, block: 
     if unit == "g" and role(name, "") == "acceleration":
         unit = "gn"
     words = as_words(cells)
-    plain = tuple(word.replace(",", ".") for word in words) if decimal == "," else words
+    plain = tuple(map(_by_point, words)) if decimal == "," else words
     texts = tuple(cell.strip() if isinstance(cell, str) else f"{cell:.12g}" for cell in cells)
     values = as_numbers(plain)
     numbers = words if values is None else plain
     seen = Seen(number, heading.text, name, unit, role(name, unit), values, numbers, texts, with_unit)
     # What says the same on every row tells of the specimen, and is no record.
     return replace(seen, role="") if seen.constant and seen.role in RECORDED else seen
+
+
+def _by_point(word: str) -> str:
+    """Return a number with a decimal comma, in which points group the digits, as one with a decimal point."""
+    return (word.replace(".", "") if GROUPED.fullmatch(word) and "," not in word else word).replace(",", ".")
 
 
 def _options(job: Job, found: formats.Format, sheet: Sheet, columns: Sequence[Seen]) -> dict[str, str]:

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
-from hashlib import sha256
 from io import BytesIO
 from pathlib import Path
 from typing import Any
 
-from metrology import audit_trail
-from metrology.errors import Fault, MetrologyError, own_text
-from metrology.findings import Findings, Result, from_json
+from metrology.errors import Fault, MetrologyError
+from metrology.export import kept
+from metrology.findings import Findings, Result
 from metrology.judged import is_on
 from metrology.report import staging
 
@@ -76,27 +75,11 @@ def collect(folder: Path) -> Collection:
     rows: list[Row] = []
     unreadable: list[Fault] = []
     for path in paths:
-        if not _as_written(path):
-            got = f"content that {audit_trail.NAME} of its folder does not know"
-            unreadable.append(Fault(str(path), got, "the file as it was written", "make the report anew"))
-            continue
         try:
-            rows += results(from_json(path), path.relative_to(folder).as_posix())
-        except (OSError, ValueError) as error:
-            unreadable.append(Fault(str(path), own_text(error), f"a {NAME} of this program"))
+            rows += results(kept.findings(path), path.relative_to(folder).as_posix())
+        except MetrologyError as error:
+            unreadable += error.faults
     return Collection(tuple(sorted(rows, key=lambda row: (row.date, row.report, row.file))), tuple(unreadable))
-
-
-def _as_written(path: Path) -> bool:
-    """Whether a file is what the last command that wrote it left; true where no audit trail tells."""
-    try:
-        trail = audit_trail.read(path.parent / audit_trail.NAME)
-        known = [entry.files[path.name] for entry in trail if path.name in entry.files]
-        return not known or known[-1] == sha256(path.read_bytes()).hexdigest()
-    except MetrologyError:
-        return False
-    except OSError:
-        return True  # said where it is read
 
 
 def results(findings: Findings, file: str) -> Iterator[Row]:

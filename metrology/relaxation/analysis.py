@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from metrology import message
 from metrology.gum.evaluation import Contribution
-from metrology.relaxation import checks
+from metrology.relaxation import checks, outliers
 from metrology.relaxation.blocks import Array, blocks
 from metrology.relaxation.checks import Bends, Done, Seen
 from metrology.relaxation.course import FINE, Course, course, scatter
@@ -68,6 +68,8 @@ def analyse(
     shared : float
         Relative standard uncertainty of what turns force by stretch into the moduli, for their bands.
     """
+    cleaned = [outliers.without(test, one, _course(test, one)) for one in test.mountings]
+    test = replace(test, mountings=tuple(one for one, _ in cleaned))
     courses = [_course(test, one) for one in test.mountings]
     whole, found = _evaluated(test, [(one, known, None) for one, known in zip(test.mountings, courses, strict=True)])
     bends = checks.bent(test, whole)
@@ -83,6 +85,7 @@ def analyse(
     at_once = frozenset(one.mounting.name for one in whole if not one.levels.before)
     built = Builder(test, facts, said_of, at_once).built(namespace, rounding, steps, instants)
     finding = presented(test, facts, (Seen(whole, done, bends), found, built), shared)
+    finding = replace(finding, notes=(*finding.notes, *(note for _, note in cleaned if note)))
     return RelaxationAnalysis(
         Contribution(built.inputs, tuple(built.ensembles), {}, built.measurands),
         finding,
