@@ -17,7 +17,7 @@ EQUATIONS = {
     "EA_tan": "EA_tan = (dF/dε at the point)·(1 + δ_F)/(1 + δ_ε)",
     "k_tan": "k_tan = EA_tan/L", "E_tan": "E_tan = EA_tan/A",
     "C": "C = dx/dF − L/EA",
-    "F_max": "F_max = largest force", "R_m": "R_m = F_max/A", "eps_b": "ε_b = strain at break·(1 + δ_ε)·L_g0/L_g",
+    "F_max": "F_max = largest force", "R_m": "R_m = F_max/A", "eps_b": "ε_b = ε(F_b)·(1 + δ_ε)·L_g0/L_g",
     "tenacity": "f = F_max/λ",
 }  # fmt: skip
 BY_CROSSHEAD = "EA = L/(dx/dF − C)"

@@ -212,6 +212,15 @@ def test_planted_loads_that_are_read_once_make_an_elongation(tmp_path: Path) -> 
     assert evaluated(path)["k"].value == pytest.approx(9.806 * (1 - 1.2 / 8000) / 0.4e-3, rel=0.01)
 
 
+def test_planted_loads_in_thousands_beside_a_decimal_comma(tmp_path: Path) -> None:
+    """``1.000`` grams beside readings of ``0,489`` is a kilogram: as one gram k was a thousandth, and no question asked."""
+    text = "Last [g];Ablesung [mm]\n500;0,245\n1.000;0,489\n2.000;0,978\n3.000;1,467\n4.000;1,955\n5.000;2,446\n"
+    (tmp_path / "e.csv").write_text(text, encoding="utf-8")
+    path = imported(tmp_path, ["e.csv"])
+    assert "{mass: 1000 g}" in path.read_text(encoding="utf-8")
+    assert evaluated(path)["k"].value == pytest.approx(9.806 / 0.489e-3, rel=0.01)
+
+
 def test_planted_columns_side_by_side_are_a_test_each(tmp_path: Path) -> None:
     """Two springs read at the same loads, 250 N/m and 200 N/m; a column of a mean is none of them."""
     rows = [f"{m},{9.806 * m / 250:.4f},{9.806 * m / 200:.4f},{m}" for m in range(1, 9)]

@@ -240,7 +240,7 @@ def _full(_handle):
     raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
 
-def test_planted_a_file_that_was_changed_by_hand_is_not_collected(tmp_path, capsys):
+def test_planted_a_file_that_was_changed_by_hand_is_neither_collected_nor_exported(tmp_path, capsys):
     text = "format: metrology-campaign/1\nid: c\ntitle: C\nquantities: {a: 1.25(1) mm}\n"
     (tmp_path / "campaign.yaml").write_text(f"{text}derived: [{{quantity: d, expression: 2*a, unit: mm}}]\n")
     assert main(["run", str(tmp_path), "--output", str(tmp_path / "reports"), "--quiet"]) == 0
@@ -249,3 +249,6 @@ def test_planted_a_file_that_was_changed_by_hand_is_not_collected(tmp_path, caps
     results.write_text(results.read_text().replace("0.0025", "0.0035"))
     assert main(["collect", str(tmp_path / "reports"), "--out", str(tmp_path / "all.csv")]) == 2
     assert "got content that audit.jsonl of its folder does not know" in capsys.readouterr().err
+    for form in (["dcc"], ["petab", "--output", str(tmp_path / "petab")]):
+        assert main(["export", form[0], str(results), *form[1:]]) == 2
+        assert "got content that audit.jsonl of its folder does not know" in capsys.readouterr().err

@@ -30,6 +30,14 @@ def drift(done: Sequence[Done], found: Supported) -> Check:
     if p <= 1 - SURE:
         text = "No drift of the readings is supported (probability {p:.2g})."
         return Check(DRIFT, p, None, True, said(text, p=float(p)))
+    if p < SURE and _is_significant(found):
+        sentence = said(
+            "A slow change goes on, and the readings do not decide whether the instrument drifted (probability {p:.2g}) "
+            "or the specimen relaxes, or flows, more slowly than its branches: the equilibrium is another by each. Read "
+            "the instrument unloaded for a while before the ramp and after a return.",
+            p=float(p),
+        )
+        return Check(DRIFT, p, None, False, sentence, concerns=FINAL)
     if p < SURE:
         sentence = said(
             "The readings do not decide whether the instrument drifted (probability {p:.2g}): results are means over "
@@ -47,6 +55,17 @@ def drift(done: Sequence[Done], found: Supported) -> Check:
         p=float(p),
     )
     return Check(DRIFT, p, None, False, sentence)
+
+
+def _is_significant(found: Supported) -> bool:
+    """Whether the drift of the most probable form that has one is none of chance, in any specimen."""
+    from scipy.special import stdtrit
+
+    drifting = [at for at, form in enumerate(found.forms) if form.drift and not form.power]
+    best = max(drifting, key=lambda at: float(found.probability[at]))
+    fits = [of_specimen[best] for of_specimen in found.fits]
+    reach = float(stdtrit(RESTS - 2, 0.995))
+    return any(abs(one.values[1]) > reach * float(np.sqrt(one.covariance[1, 1])) for one in fits)
 
 
 def drifts_at_rest(one: Done) -> bool:
