@@ -199,7 +199,7 @@ def test_closed_form_of_strength_and_strain_at_break(tmp_path):
 
 @pytest.mark.parametrize("lengths", [{"a": 0.1}, {"a": 0.05, "b": 0.10, "c": 0.20, "d": 0.30}])
 def test_closed_form_of_strain_at_break_by_the_crosshead_less_the_set_up(lengths, tmp_path):
-    """By a stated compliance, or by the one that several lengths tell: with it in the strain was half as large again."""
+    """By a stated compliance, or by that of several lengths: with it, the strain was half as large again."""
     rng = np.random.default_rng(1)
     records = {name: pull(replace(CLEAN, length=one, breaks=True), rng) for name, one in lengths.items()}
     own = {name: f", length: {1e3 * one}(1) mm" for name, one in lengths.items()}

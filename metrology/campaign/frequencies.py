@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 CYCLES, RADIANS = "Hz", "rad/s"
 FIX = "ω = 2π·f"
+STATED = {"limits": ("lower", "upper"), "prior": ("mean", "standard", "scale", "median", "low", "high")}
 STRETCH = 1.5
 """Factor by which quantities are multiplied to see whether a result is in proportion to them; any other would do."""
 
@@ -43,14 +44,7 @@ def check_frequencies(campaign: Campaign, names: Names) -> Iterator[Refusal]:
     due = _due(campaign)
     for index, one in enumerate(campaign.derived):
         yield from _derived(one, names.meanings["derived", index], due, ("derived", index, "unit"))
-    place: Place
-    for index, requirement in enumerate(campaign.requirements):
-        prior = {key: getattr(requirement.prior, key, None) for key in ("mean", "standard", "median", "low", "high")}
-        limits = {key: getattr(requirement.limits, key) for key in ("lower", "upper")}
-        for group, stated in (("limits", limits), ("prior", prior)):
-            for key, value in stated.items():
-                place = ("requirements", index, group, key)
-                yield from _against(due.get(requirement.quantity, ""), value, place)
+    yield from _requirements(campaign, due)
     for index, comparison in enumerate(campaign.comparisons):
         sides = [_kind(side.value.unit) if side.value else due.get(side.quantity or "", "") for side in
                  comparison.between]  # fmt: skip
@@ -64,6 +58,14 @@ def check_frequencies(campaign: Campaign, names: Names) -> Iterator[Refusal]:
         for key, stated in sample.references.items():
             for kind in {due.get(f"{test}.{key}", "") for test in tests}:
                 yield from _against(kind, stated, ("samples", name, "references", key))
+
+
+def _requirements(campaign: Campaign, due: Mapping[str, str]) -> Iterator[Refusal]:
+    for index, requirement in enumerate(campaign.requirements):
+        for group, keys in STATED.items():
+            for key in keys:
+                value = getattr(getattr(requirement, group), key, None)
+                yield from _against(due.get(requirement.quantity, ""), value, ("requirements", index, group, key))
 
 
 def _due(campaign: Campaign) -> dict[str, str]:
@@ -106,4 +108,5 @@ def _derived(derived: Derived, meaning: Mapping[str, str], due: Mapping[str, str
         return
     if one and math.isclose(more / one, STRETCH, rel_tol=1e-9):
         got, name = units.unit(derived.unit), units.unit(due[meaning[others[0]]]).name
-        yield Refusal(place, f"{quoted(derived.unit)}, {got.name}", f"a unit of {name}, which the expression gives", FIX)
+        expected = f"a unit of {name}, which the expression gives"
+        yield Refusal(place, f"{quoted(derived.unit)}, {got.name}", expected, FIX)

@@ -18,8 +18,8 @@ CLOSE = 1e-5
 FLAT = 1e-9
 """Relative gain of a step below which a search that cannot shorten its steps (kinks of contact) stands still."""
 NEARLY = 10.0
-"""Times the length of a last step, within which a search has converged whose steps are used up: what Gauss–Newton leaves
-out of a model that does not fit makes each step up to nine tenths of the one before, so that ten times is left."""
+"""Times the length of a last step within which a search has converged whose steps are used up: of a model that does
+not fit, Gauss–Newton makes each step up to nine tenths of the one before, so that ten times as much is to come."""
 
 RESOLVED = 1e-13
 """Part of the sum of squares below which rounding hides a change: 500 units in the last place."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from math import log, nan, sqrt
 
 import numpy as np
@@ -119,7 +120,7 @@ class End:
 
 
 def end(one: Mounting, fall: float) -> End:
-    """What a record reaches: its strength, where the force falls by `fall` for good while the grips go on, and its break.
+    """What a record reaches: its strength, where the force falls by `fall` for good as the grips go on, and its break.
 
     What the force scatters is no fall: n normal readings lie within √(2·ln n) standard deviations of their mean, the
     largest above it and others below. The break is the last reading before the force falls below half of its largest
@@ -140,7 +141,7 @@ def end(one: Mounting, fall: float) -> End:
 
 
 def _goes_on(one: Mounting, held: int) -> bool:
-    """Whether the grips go on, or stand, while the force falls after so many readings; as it rose, it falls by unloading.
+    """Whether the grips go on, or stand, while the force falls after so many readings: else it falls by unloading.
 
     They do where they pass all that they came to before, or where, of a force that fell by half, they came back by less
     than half of what so much force had stretched the set-up and the specimen at least.
@@ -166,6 +167,5 @@ def _least_compliance(force: Array, moved: Array) -> float:
     """Least movement by force / (m/N) over a quarter of the largest force, where the force first came to it."""
     most = float(force.max())
     at = [int(np.argmax(force >= part * most)) for part in (0.25, 0.5, 0.75, 1.0)]
-    pairs = zip(at[:-1], at[1:], strict=True)
-    found = [(moved[b] - moved[a]) / (force[b] - force[a]) for a, b in pairs if force[b] > force[a]]
+    found = [(moved[b] - moved[a]) / (force[b] - force[a]) for a, b in pairwise(at) if force[b] > force[a]]
     return max(float(np.nanmin(found)) if len(found) and np.isfinite(found).any() else 0.0, 0.0)

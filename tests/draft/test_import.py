@@ -213,7 +213,7 @@ def test_planted_loads_that_are_read_once_make_an_elongation(tmp_path: Path) -> 
 
 
 def test_planted_loads_in_thousands_beside_a_decimal_comma(tmp_path: Path) -> None:
-    """``1.000`` grams beside readings of ``0,489`` is a kilogram: as one gram k was a thousandth, and no question asked."""
+    """``1.000`` grams beside readings of ``0,489`` is a kilogram: as one gram, k was a thousandth."""
     text = "Last [g];Ablesung [mm]\n500;0,245\n1.000;0,489\n2.000;0,978\n3.000;1,467\n4.000;1,955\n5.000;2,446\n"
     (tmp_path / "e.csv").write_text(text, encoding="utf-8")
     path = imported(tmp_path, ["e.csv"])

@@ -22,11 +22,11 @@ NULLS = {
     "thrust.gain": 1, "thrust.lag": 0, "thrust.delay": 0, "thrust.fading": 0,
     "slip.set": 0, "yaw.arm": 0, "yaw.inertia": 1,
     "yaw.frequency": 0.5, "yaw.damping": 0.02, "cell.gain": 1, "cell.zero": 0, "cell.drift": 0, "motion.scale": 1,
-    "cell_lag.time": 0, "clock.x": 0, "clock.v": 0, "clock.T": 0, "hum.x": 0, "hum.v": 0, "hum.T": 0, "hum.frequency": 50, "hum.phase": 0,
+    "clock.x": 0, "clock.v": 0, "clock.T": 0, "hum.x": 0, "hum.v": 0, "hum.T": 0, "hum.frequency": 50, "hum.phase": 0,
     "start.x": 0, "start.v": 0, "even.stiffness": 0, "line_damping.quadratic": 0, "asymmetric_damping.outward": 0,
     "hose.stiffness": 0, "hose.rest": 0, "stop.stiffness": 0, "stop.gap": 0,
     "slack.share": 0, "slack.place": 1e-3, "slack.damping": 1,
-    "sine.rate": 0, "gain_drift.rate": 0,
+    "sine.rate": 0, "gain_drift.rate": 0, "cell_lag.time": 0,
     "appendage.mass": 0, "appendage.frequency": 10, "appendage.damping": 0.02,
 }  # fmt: skip
 
@@ -42,7 +42,8 @@ class Reference:
         self.taut = taut + self.e["free_length.shift"]
         self.line, self.length, self.weight, self.eq3, self.cap, self.g = line, length, weight, eq3, cap, g
 
-    # states: x, v, u, u', phi, phi', z, h, F, of the appendage where it is in space: X + y, and its rate; z_b; what the cell reads
+    # states: x, v, u, u', phi, phi', z, h, F, of the appendage where it is in space: X + y, and its rate; z_b;
+    # where it lags, what the cell reads
     def elastic(self, epsilon, z, h):
         """Static tension of the material."""
         e, size = self.e, abs(epsilon)

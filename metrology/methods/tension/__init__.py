@@ -127,8 +127,8 @@ def corrected(task: Task[TensionTest], ready: Ready, stated: Contribution, found
     subject = Tension(*ready)
     if concerns_compliance(subject, found):
         text = (
-            "{test} has no C: an effect that was found changes the difference between crosshead and extensometer, and not "
-            "in proportion to the force. The diagnosis gives the compliance of the set-up beside it."
+            "{test} has no C: an effect that was found changes the difference between crosshead and extensometer, and "
+            "not in proportion to the force. The diagnosis gives the compliance of the set-up beside it."
         )
         task.model.failures.append(said(text, test=task.name))
         kept = tuple(one for one in stated.measurands if not one.name.endswith(".C"))

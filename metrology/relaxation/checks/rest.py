@@ -32,9 +32,9 @@ def drift(done: Sequence[Done], found: Supported) -> Check:
         return Check(DRIFT, p, None, True, said(text, p=float(p)))
     if p < SURE and _is_significant(found):
         sentence = said(
-            "A slow change goes on, and the readings do not decide whether the instrument drifted (probability {p:.2g}) "
-            "or the specimen relaxes, or flows, more slowly than its branches: the equilibrium is another by each. Read "
-            "the instrument unloaded for a while before the ramp and after a return.",
+            "A slow change goes on, and the readings do not decide whether the instrument drifted (probability "
+            "{p:.2g}) or the specimen relaxes, or flows, more slowly than its branches: the equilibrium is another by "
+            "each. Read the instrument unloaded for a while before the ramp and after a return.",
             p=float(p),
         )
         return Check(DRIFT, p, None, False, sentence, concerns=FINAL)

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from metrology.rig.kernel.layout import (  # isort: skip - in the order of the positions
     K, TAUT, CAP, SLIP, FRICTION, STATIC_RATIO, BIAS, TOE, FRAME, ARM, INERTIA, YAW_RATE, ZENER, SECOND, HYSTERESIS,
-    SAG, CELL_LAG, STOP, SLACK, X, V, NOTHING, SIZE, FRAME_U, YAW_U, RELAXED, RELAXED_B, LOOP, THRUST, SHOWN, ATTACHMENT, WEIGHS, TETHER,
-    BOTH_WAYS, NO_LINE, CONTACT, SLIDE, TOE_SIDE, TURN_SIDE, LOOP_SIDE, SIDE, SLIPPED, CAPPED, TOUCHED, SLACKENED, HELD,
-    BELOW, STRETCHED, LIFTED, W_EXCESS, W_PULL, W_SPEED, W_GRIP, W_GRIP_BACK, W_TOE, W_TOE_BACK, W_TURN, W_LOOP, W_SIDE,
-    W_CAP, W_STOP, W_SLACK, WATCHED, CLAMP, added_slope, is_curved_line, is_curved_force, turns, has_sides, has_ways,
+    SAG, CELL_LAG, STOP, SLACK, X, V, NOTHING, SIZE, FRAME_U, YAW_U, RELAXED, RELAXED_B, LOOP, THRUST, SHOWN,
+    ATTACHMENT, WEIGHS, TETHER, BOTH_WAYS, NO_LINE, CONTACT, SLIDE, TOE_SIDE, TURN_SIDE, LOOP_SIDE, SIDE, SLIPPED,
+    CAPPED, TOUCHED, SLACKENED, HELD, BELOW, STRETCHED, LIFTED, W_EXCESS, W_PULL, W_SPEED, W_GRIP, W_GRIP_BACK, W_TOE,
+    W_TOE_BACK, W_TURN, W_LOOP, W_SIDE, W_CAP, W_STOP, W_SLACK, WATCHED, CLAMP, added_slope, is_curved_line,
+    is_curved_force, turns, has_sides, has_ways,
 )  # fmt: skip
 from metrology.rig.kernel.equation import beyond, excess, net_force, pull, relaxed, slackened, stretch, tension
 

@@ -8,9 +8,9 @@ from __future__ import annotations
 import numpy as np
 
 from metrology.rig.kernel.layout import (  # isort: skip - in the order of the positions
-    M, K, TAUT, LENGTH, SLIP, STATIC_RATIO, SAG, GAIN, LAG, CELL_LAG, DELAY, FADING, START_X, START_V, X, V, SIZE, FRAME_U,
-    FRAME_V, YAW_U, YAW_V, APPENDAGE_U, APPENDAGE_V, RELAXED, RELAXED_B, LOOP, THRUST, SHOWN, N, CONTACT, BELOW, STRETCHED,
-    SINCE, STATE,
+    M, K, TAUT, LENGTH, SLIP, STATIC_RATIO, SAG, GAIN, LAG, CELL_LAG, DELAY, FADING, START_X, START_V, X, V, SIZE,
+    FRAME_U, FRAME_V, YAW_U, YAW_V, APPENDAGE_U, APPENDAGE_V, RELAXED, RELAXED_B, LOOP, THRUST, SHOWN, N, CONTACT,
+    BELOW, STRETCHED, SINCE, STATE,
 )  # fmt: skip
 from metrology.rig.kernel.equation import excess, motion, relaxed, stretch, tension
 from metrology.rig.kernel.march import thrust_at
