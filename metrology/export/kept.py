@@ -5,7 +5,7 @@ from __future__ import annotations
 from hashlib import sha256
 from pathlib import Path
 
-from metrology import audit_trail
+from metrology import audit_trail, jsontext
 from metrology.errors import Fault, MetrologyError, own_text
 from metrology.findings import Findings, from_json
 
@@ -29,7 +29,7 @@ def findings(path: Path) -> Findings:
         For a file that was changed since, and for one that cannot be read.
     """
     try:
-        content = path.read_bytes()
+        content = jsontext.read(path)
         if not _is_as_written(path, content):
             got = f"content that {audit_trail.NAME} of its folder does not know"
             raise MetrologyError(Fault(str(path), got, "the file as it was written", "make the report anew"))

@@ -27,6 +27,8 @@ class Slip:
 def slip(best: Fitted, noise: Colours, levels: Levels, y: Array, begin: Array) -> Slip | None:
     """Weigh a step at the beginning of each block within a hold, every place as probable as every other.
 
+    Not within the time that the ramp took after its end: what relaxes as fast as that makes a step there, too.
+
     The mean over the places of the Bayes factors is that of a step at an unknown one: its price is ln of their number
     (MacKay 2003, ch. 28). Each colour counts with the probability that the record gives it, times what it gains:
     without a step slow noise takes its place.
@@ -49,7 +51,9 @@ def slip(best: Fitted, noise: Colours, levels: Levels, y: Array, begin: Array) -
     """
     from scipy.special import logsumexp
 
-    inside = [(one.start < begin) & (begin < one.stop) for one in levels.held]
+    inside = [
+        (one.start + ramp < begin) & (begin < one.stop) for one, ramp in zip(levels.held, levels.ramps, strict=True)
+    ]
     places = np.flatnonzero(np.any(inside, axis=0)) if inside else np.empty(0, dtype=int)
     if not len(places):
         return None

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from datetime import date
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from metrology import audit_trail
+from metrology.campaign import days
 from metrology.errors import Fault, MetrologyError
 from metrology.report import recorded, staging
 from metrology.signoff import evidence, revisions, signatures, trail
@@ -64,7 +66,7 @@ def sign(
     Raises
     ------
     MetrologyError
-        For a report that is none of ours, was changed, is a draft, does not name the role, was signed in it already or
+        For a report that is none of ours, was changed, is a draft, is dated after today, does not name the role, was signed in it already or
         not yet in one before it; for a certificate that is not that of the person named, that somebody else signed
         with, or that `verify` would not rely on; where no time stamp is to be had, or the file cannot be written.
     """
@@ -79,6 +81,7 @@ def sign(
         _refuse_unstamped(opened, policy, stamping)
         _refuse_changed(opened, given)
         refuse_draft(opened)
+        _refuse_early(opened)
         entries = audit_trail.read(report.parent / audit_trail.NAME)
         made = _signed(opened, _reason(person, signer, trail.anchor(entries)), person, signer, policy, stamping)
         # The line comes first: a signature without one would look like somebody else's.
@@ -213,6 +216,16 @@ def lacking(opened: Opened) -> tuple[Row, ...]:
     from metrology.findings import from_json
 
     return tuple(checklist.lacking(from_json(opened.attachments[RESULTS])))
+
+
+def _refuse_early(opened: Opened) -> None:
+    """Refuse a report that is dated after today: what it says to have been issued has not been."""
+    from metrology.findings import from_json
+
+    issued = from_json(opened.attachments[RESULTS]).campaign.issued
+    if issued and date.fromisoformat(issued) > days.today():
+        fix = "correct `report.issued`, or the clock of this computer, and make the report anew"
+        raise MetrologyError(Fault(str(opened.path), f"a report of {issued}", "one that is not dated after today", fix))
 
 
 def _signed(

@@ -5,7 +5,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Callable
-from datetime import UTC, datetime, timedelta
+from datetime import UTC, date, datetime, timedelta
 from io import BytesIO
 from itertools import pairwise
 from pathlib import Path
@@ -20,6 +20,7 @@ from pyhanko.pdf_utils.reader import PdfFileReader
 from pypdf import PdfReader, PdfWriter
 
 from metrology import chain, cli, signoff
+from metrology.campaign import days
 from metrology.campaign.load import load
 from metrology.campaign.sources import read_sources
 from metrology.errors import MetrologyError
@@ -85,6 +86,14 @@ def test_refusal_campaign_names_nobody(campaign: Path, signer: Signers, tmp_path
     write(chain.evaluate(loaded), tmp_path / "out", sources=read_sources(loaded))
     assert "name the person under `report.signatures`" in refusal(
         tmp_path / "out" / "report.pdf", "author", signer("author")
+    )
+
+
+@pytest.mark.long
+def test_refusal_of_a_report_that_is_dated_after_today(report: Path, signer: Signers, monkeypatch):
+    monkeypatch.setattr(days, "today", lambda: date(2026, 11, 19))
+    assert "got a report of 2026-11-20; expected one that is not dated after today" in refusal(
+        report, "author", signer("author")
     )
 
 

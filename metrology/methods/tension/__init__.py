@@ -128,7 +128,7 @@ def corrected(task: Task[TensionTest], ready: Ready, stated: Contribution, found
     if concerns_compliance(subject, found):
         text = (
             "{test} has no C: an effect that was found changes the difference between crosshead and extensometer, and "
-            "not in proportion to the force. The diagnosis gives the compliance of the set-up beside it."
+            "not in proportion to the force. The diagnosis gives the compliance of the set-up as well."
         )
         task.model.failures.append(said(text, test=task.name))
         kept = tuple(one for one in stated.measurands if not one.name.endswith(".C"))
