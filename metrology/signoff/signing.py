@@ -66,9 +66,10 @@ def sign(
     Raises
     ------
     MetrologyError
-        For a report that is none of ours, was changed, is a draft, is dated after today, does not name the role, was signed in it already or
-        not yet in one before it; for a certificate that is not that of the person named, that somebody else signed
-        with, or that `verify` would not rely on; where no time stamp is to be had, or the file cannot be written.
+        For a report that is none of ours, was changed, is a draft, is dated after today, does not name the role, was
+        signed in it already or not yet in one before it; for a certificate that is not that of the person named, that
+        somebody else signed with, or that `verify` would not rely on; where no time stamp is to be had, or the file
+        cannot be written.
     """
     report = report.resolve()
     with staging.locked(report):
