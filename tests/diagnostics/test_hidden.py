@@ -174,6 +174,36 @@ def test_planted_part_of_the_module_that_swings_is_named_and_k_holds(material, t
     assert abs(shift.after - truth_of(material).k) < 3 * shift.u_after
 
 
+def filtered(time: float):
+    """What a cell shows behind a filter of first order, which is followed in steps of 0.25 ms."""
+
+    def seen(truth, test, stamps):
+        clean, events = follow(truth, test, stamps)
+        fine = test.t0 + np.arange(int(test.duration * 4000) + 1) / 4000
+        tension = follow(truth, test, {"T": fine})[0]["T"]
+        share, shown = 1 - math.exp(-1 / (4000 * time)), [tension[0]]
+        for value in tension[1:]:
+            shown.append(shown[-1] + share * (value - shown[-1]))
+        return {**clean, "T": np.interp(stamps["T"], fine, shown)}, events
+
+    return seen
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("time", "clock"), [(0.02, 0.0), (0.03, 0.0), (0.0, 0.01)])
+def test_planted_lag_of_the_cell_is_distinguished_from_a_shift_of_its_clock(time, clock):
+    """Both come late by as much, and to first order they are one; by relaxation in their place c was 6 to 9 u off."""
+    k, c = MATERIALS["nylon"]
+    truth, rng = Full(m=25.0, k=k, c=c, taut=0.1), np.random.default_rng(31)
+    by = filtered(time) if time else follow
+    made = campaign(truth, TESTS, Instruments(offset=(0.0, 0.0, clock)), SCATTER, rng, follow=by)
+    found = diagnosed("nylon", 31, tuple(map(measured, made)))
+    assert (found.verdict, found.named) == ("explained", ("cell lag" if time else "clock T",))
+    (cause,) = (one for one in found.causes if one.effect == found.named[0])
+    assert abs(cause.parameters[0].value - (time or clock)) < 4 * cause.parameters[0].u
+    assert_holds(found, k, c)
+
+
 @pytest.mark.long
 @pytest.mark.parametrize(("material", "law"), [
     ("nylon", {"by_rate": 30.0}), ("spectra", {"by_rate": 100.0}), ("nylon", {"amplitude": 80.0}),

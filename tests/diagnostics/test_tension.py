@@ -20,7 +20,7 @@ from metrology.gum.inputs import Input
 from metrology.tension.lines import lines
 from metrology.tension.test import Mounting, Range, TensionTest
 
-ONE_ONLY = ("slip", "extensometer_slip", "extensometer_toe")
+ONE_ONLY = ("slip", "extensometer_slip", "extensometer_toe", "section")
 """What happens to one specimen of a test, not to all."""
 
 
@@ -226,6 +226,15 @@ def test_law_a_named_cause_says_in_which_specimen_it_acts():
     words = {one.effect: one.sentence for one in found.causes}
     assert words["extensometer slip"].endswith("It acts in b.")
     assert "setup.compliance / (m/N): a " in words["setup"]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("place", [0.39, 0.48, 0.69])
+def test_planted_large_lost_section_in_cycles_has_no_slip_beside_it(place):
+    """A step of the slope at one instant: tried a few means off, it left a burst that slips took up, or no name."""
+    noise = {"force_noise": 1.6, "strain_noise": 4e-6, "crosshead_noise": 1e-6, "memory": 0.0, "white": 0.0}
+    found = diagnosed(5, section=0.02, slip_at=place, cycles=3, count=4000, **noise)
+    assert set(found.named) == {"setup", "lost section"}
 
 
 def test_law_a_single_specimen_is_judged_by_its_halves():

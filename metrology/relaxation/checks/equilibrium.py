@@ -55,7 +55,10 @@ def branches(test: RelaxationTest, found: Supported) -> Check:
 def start(done: Sequence[Done], found: Supported) -> Check:
     """Whether the stiffness at once is read or extrapolated: what relaxes faster than the ramp took is not seen."""
     if found.power > HALF:
-        return Check(START, None, None, None, said("A power law has no instantaneous stiffness: none is given."))
+        text = said("A power law has no instantaneous stiffness: none is given.")
+        if done[0].scene.held == "load":
+            text = said("A power law of creep has an instantaneous stiffness by its part that does not grow with time.")
+        return Check(START, None, None, None, text)
     times = [float(np.exp(one.best.values[-1 - at])) for one in done for at in range(one.best.form.branches)]
     ramp = max(one.levels.ramp for one in done)
     fastest = min(times, default=np.inf)
