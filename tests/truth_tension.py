@@ -39,6 +39,8 @@ class Machine:
     extensometer_toe: float = 0.0
     creep: float = 0.0
     creep_time: float = 10.0
+    delayed: float = 0.0
+    delayed_time: float = 6.0
     breaks: bool = False
     cycles: int = 0
     grows: bool = False
@@ -103,6 +105,16 @@ def flow(one: Machine, force: np.ndarray) -> np.ndarray:
     return found
 
 
+def followed(values: np.ndarray, time: float) -> np.ndarray:
+    """What follows values at a rate of its distance over a time, in readings; straight between readings, exactly."""
+    share, found = np.exp(-1.0 / time), np.zeros(len(values))
+    for at in range(1, len(values)):
+        slope = values[at] - values[at - 1]
+        behind = values[at - 1] - slope * time
+        found[at] = behind + slope + (found[at - 1] - behind) * share
+    return found
+
+
 def stuck(values: np.ndarray, play: float) -> np.ndarray:
     """What follows values with a play: it stands still until they are off by more than half of it."""
     found, here = np.empty(len(values)), values[0]
@@ -140,6 +152,8 @@ def pull(one: Machine, rng: np.random.Generator) -> dict[str, np.ndarray]:
         strain = strain + one.creep / one.EA * np.array(
             [(steps[: at + 1] * np.log1p((t[at] - t[: at + 1]) / one.creep_time)).sum() for at in range(one.count)]
         )
+    if one.delayed:
+        strain = strain + one.delayed / one.EA * followed(force, one.delayed_time * one.rate)
     crosshead = strain * one.length + one.compliance * force + one.slack * (1 - np.exp(-force / one.toe_force))
     crosshead = crosshead + one.slip * late
     if one.backlash:

@@ -1,10 +1,11 @@
 """Readings that grow under a load that stays."""
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
-from metrology.effect import INF, Cause, Effect, Pulled, Readings, Size, choice
+from metrology.effect import INF, Array, Cause, Effect, Pulled, Readings, Size, choice
 
 LAWS = (np.log1p, None, np.cbrt, lambda t: -np.expm1(-t / 3.0))
 """Compliance over the time since a load was changed, a reading the unit: logarithmic; growing with the order instead;
@@ -12,9 +13,12 @@ Andrade's cube root (Proc. R. Soc. A 84 (1910) 1); an element of Kelvin and Voig
 planted creep of `tests/diagnostics/test_supported.py` is outside of the interval."""
 
 
+COURSES = (np.log1p, lambda t: -np.expm1(-t))
+"""Compliance over the time since a load was changed, over τ: many relaxation times evenly, or one (Kelvin and Voigt)."""
 NODES = 28
 """Times, at Chebyshev's nodes of their logarithm, between which the superposition is interpolated: to 1e-10 of it, as
-ln(1 + t/τ) has its nearest singularity at an imaginary part of π (Trefethen, Approximation Theory (2013), 8)."""
+ln(1 + t/τ) has its nearest singularity at an imaginary part of π (Trefethen, Approximation Theory (2013), 8); of the
+other course to 1e-6."""
 
 
 def reading(seen: Readings, kind: float):
@@ -36,32 +40,34 @@ def reading(seen: Readings, kind: float):
     return found
 
 
-def superposed(seen: Pulled, time: float):
-    """Σ ΔF_i·ln(1 + (t − t_i)/τ) in both readings, by the whole history of the force."""
+def superposed(seen: Pulled, time: float, kind: float):
+    """Σ ΔF_i·J((t − t_i)/τ) in both readings, by the whole history of the force."""
     least, most = limits(seen)["creep.time"]
+    course = COURSES[round(kind)]
     if not least <= time <= most:
-        return _sum(seen, time)
+        return _sum(seen, time, course)
     nodes = np.cos(math.pi * (np.arange(NODES) + 0.5) / NODES)
-    if "creep" not in seen.kept:
-        seen.kept["creep"] = np.array([_sum(seen, math.sqrt(least * most) * (most / least) ** (node / 2))
-                                       for node in nodes])  # fmt: skip
+    name = f"creep {round(kind)}"
+    if name not in seen.kept:
+        seen.kept[name] = np.array([_sum(seen, math.sqrt(least * most) * (most / least) ** (node / 2), course)
+                                    for node in nodes])  # fmt: skip
     off = math.log(time**2 / (least * most)) / math.log(most / least) - nodes
     if not off.all():
-        return seen.kept["creep"][np.flatnonzero(off == 0)[0]]
+        return seen.kept[name][np.flatnonzero(off == 0)[0]]
     weights = (-1.0) ** np.arange(NODES) * np.sqrt(1 - nodes**2) / off
-    return weights @ seen.kept["creep"] / weights.sum()
+    return weights @ seen.kept[name] / weights.sum()
 
 
-def _sum(seen: Pulled, time: float):
+def _sum(seen: Pulled, time: float, course: Callable[[Array], Array]):
     force, at = seen.history
     stamps, places = np.unique(seen.time, return_inverse=True)
     since = np.maximum(stamps[:, None] - at[None, :], 0.0)
-    return (np.log1p(since / time) @ np.diff(force, prepend=0.0))[places]
+    return (course(since / time) @ np.diff(force, prepend=0.0))[places]
 
 
 def limits(seen: Pulled) -> dict[str, tuple[float, float]]:
     """Times within what a test shows."""
-    return {"creep.time": (1e-3 * seen.duration, seen.duration)}
+    return {"creep.time": (1e-3 * seen.duration, seen.duration), "creep.course": (-0.5, len(COURSES) - 0.5)}
 
 
 EFFECT = Effect(
@@ -84,15 +90,16 @@ EFFECT = Effect(
         Cause(
             "tension", "creep",
             (Size("creep.rate", "m/N", 0.0, 0.0, INF, 1e-9),
-             Size("creep.time", "s", 1.0, 1e-9, 1e12, 1.0, True, apart=3)),
+             Size("creep.time", "s", 1.0, 1e-9, 1e12, 1.0, True, apart=3), choice("creep.course", len(COURSES))),
             title="Creep of the specimen under load",
-            equation="ε = … + a/L·Σ ΔF_i·ln(1 + (t − t_i)/τ)",
+            equation="ε = … + a/L·Σ ΔF_i·J((t − t_i)/τ), J(t) = ln(1 + t) or 1 − exp(−t)",
             sign="the specimen goes on stretching as time passes, the more the larger the load",
             consequence="k and E belong to the rate of this test; a slower one gives less",
             advice="state the rate with k and E; test at the rate of use",
             separate="hold the load at the end of the range and record; pull at a tenth of the rate",
             pictures=("order",), needs=("unloading", "time"), amount=lambda seen: seen.u / seen.most,
-            shapes=lambda seen, _: [{"creep.time": part * seen.duration} for part in (0.003, 0.03, 0.3)],
+            shapes=lambda seen, _: [{"creep.time": part * seen.duration, "creep.course": float(course)}
+                                    for course in range(len(COURSES)) for part in (0.003, 0.03, 0.3)],
             limits=limits, reading=superposed,
         ),
     ),

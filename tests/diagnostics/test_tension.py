@@ -229,6 +229,20 @@ def test_law_a_named_cause_says_in_which_specimen_it_acts():
 
 
 @pytest.mark.long
+@pytest.mark.parametrize("time", [3.0, 6.0, 20.0])
+def test_planted_creep_with_one_relaxation_time_is_no_heating_beside_a_memory(time):
+    """An element of Kelvin and Voigt in cycles: by the course of many relaxation times heating and memory made it up."""
+    found = diagnosed(2, delayed=0.05, delayed_time=time, cycles=3, count=2000)
+    assert set(found.named) == {"setup", "creep"}
+    (cause,) = (one for one in found.causes if one.effect == "creep")
+    sizes = {one.name: one for one in cause.parameters}
+    assert found.extended_model["creep.course"] == 1
+    assert abs(sizes["creep.time"].value - time) < 4 * sizes["creep.time"].u
+    at = found.supported.names.index("slope")
+    assert abs(found.supported.values[at] * 2e6 - 1) < 3 * np.hypot(found.supported.u[at] * 2e6, 0.004)
+
+
+@pytest.mark.long
 @pytest.mark.parametrize("place", [0.39, 0.48, 0.69])
 def test_planted_large_lost_section_in_cycles_has_no_slip_beside_it(place):
     """A step of the slope at one instant: tried a few means off, it left a burst that slips took up, or no name."""
