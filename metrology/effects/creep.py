@@ -14,7 +14,7 @@ planted creep of `tests/diagnostics/test_supported.py` is outside of the interva
 
 
 COURSES = (np.log1p, lambda t: -np.expm1(-t))
-"""Compliance over the time since a load was changed, over τ: many relaxation times evenly, or one (Kelvin and Voigt)."""
+"""Compliance over the time since a load was changed, over τ: many relaxation times evenly, or one (Kelvin, Voigt)."""
 NODES = 28
 """Times, at Chebyshev's nodes of their logarithm, between which the superposition is interpolated: to 1e-10 of it, as
 ln(1 + t/τ) has its nearest singularity at an imaginary part of π (Trefethen, Approximation Theory (2013), 8); of the

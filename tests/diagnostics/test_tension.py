@@ -231,7 +231,7 @@ def test_law_a_named_cause_says_in_which_specimen_it_acts():
 @pytest.mark.long
 @pytest.mark.parametrize("time", [3.0, 6.0, 20.0])
 def test_planted_creep_with_one_relaxation_time_is_no_heating_beside_a_memory(time):
-    """An element of Kelvin and Voigt in cycles: by the course of many relaxation times heating and memory made it up."""
+    """An element of Kelvin and Voigt in cycles: by the course of many times, heating and memory made it up."""
     found = diagnosed(2, delayed=0.05, delayed_time=time, cycles=3, count=2000)
     assert set(found.named) == {"setup", "creep"}
     (cause,) = (one for one in found.causes if one.effect == "creep")
