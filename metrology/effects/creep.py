@@ -18,7 +18,7 @@ COURSES = (np.log1p, lambda t: -np.expm1(-t))
 NODES = 28
 """Times, at Chebyshev's nodes of their logarithm, between which the superposition is interpolated: to 1e-10 of it, as
 ln(1 + t/τ) has its nearest singularity at an imaginary part of π (Trefethen, Approximation Theory (2013), 8); of the
-other course to 1e-6."""
+other course to 1e-5."""
 
 
 def reading(seen: Readings, kind: float):
