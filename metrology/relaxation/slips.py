@@ -51,9 +51,9 @@ def slip(best: Fitted, noise: Colours, levels: Levels, y: Array, begin: Array) -
     """
     from scipy.special import logsumexp
 
-    inside = [
-        (one.start + ramp < begin) & (begin < one.stop) for one, ramp in zip(levels.held, levels.ramps, strict=True)
-    ]
+    # Of a record without a level the ramp is known all the same.
+    after = zip(levels.held, levels.ramps, strict=False)
+    inside = [(one.start + ramp < begin) & (begin < one.stop) for one, ramp in after]
     places = np.flatnonzero(np.any(inside, axis=0)) if inside else np.empty(0, dtype=int)
     if not len(places):
         return None
