@@ -24,7 +24,7 @@ EACH = 35
 MOST_STEPS = 4
 FINER = 64
 """Places within each of these, of which the one is tried where the residuals look most like a step: two or three means
-apart. With a quarter as many a lost section in cycles has two slips beside it, which take up what its place is off."""
+apart. With a quarter as many two slips are named with a lost section in cycles: they make up for its place."""
 CURVE, LONGEST = 5, 0.95
 """Degree of the curve about which few readings scatter; longest memory of its residuals."""
 Course = tuple[slice, NDArray[np.bool_] | None]

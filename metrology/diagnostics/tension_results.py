@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from metrology.diagnostics.tension import Tension
 
 PROPORTIONAL = 1e-6
-"""Part of what an effect does that rounding leaves of one in proportion to the force."""
+"""Part of what an effect does up to which it is in proportion to the force: what is more is no rounding."""
 
 
 def concerns_stiffness(subject: Tension, found: Diagnosis) -> bool:

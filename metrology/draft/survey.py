@@ -240,7 +240,8 @@ def _seen(number: int, heading: Heading, cells: list[Any], decimal: str, block: 
 
 def _by_point(word: str) -> str:
     """Return a number with a decimal comma, in which points group the digits, as one with a decimal point."""
-    return (word.replace(".", "") if GROUPED.fullmatch(word) and "," not in word else word).replace(",", ".")
+    whole = GROUPED.fullmatch(word) and "," not in word
+    return word.replace(".", "") if whole else word.replace(",", ".")
 
 
 def _options(job: Job, found: formats.Format, sheet: Sheet, columns: Sequence[Seen]) -> dict[str, str]:

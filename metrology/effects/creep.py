@@ -14,7 +14,8 @@ planted creep of `tests/diagnostics/test_supported.py` is outside of the interva
 
 
 COURSES = (np.log1p, lambda t: -np.expm1(-t))
-"""Compliance over the time since a load was changed, over τ: many relaxation times evenly, or one (Kelvin, Voigt)."""
+"""Compliance over the time since a load was changed, over τ: many relaxation times evenly, or one (Kelvin, Voigt).
+Without the second, the planted creep of `tests/diagnostics/test_tension.py` is heating and memory as well."""
 NODES = 28
 """Times, at Chebyshev's nodes of their logarithm, between which the superposition is interpolated: to 1e-10 of it, as
 ln(1 + t/τ) has its nearest singularity at an imaginary part of π (Trefethen, Approximation Theory (2013), 8); of the
@@ -40,16 +41,16 @@ def reading(seen: Readings, kind: float):
     return found
 
 
-def superposed(seen: Pulled, time: float, kind: float):
+def superposed(seen: Pulled, time: float, course: float):
     """Σ ΔF_i·J((t − t_i)/τ) in both readings, by the whole history of the force."""
     least, most = limits(seen)["creep.time"]
-    course = COURSES[round(kind)]
+    law = COURSES[round(course)]
     if not least <= time <= most:
-        return _sum(seen, time, course)
+        return _sum(seen, time, law)
     nodes = np.cos(math.pi * (np.arange(NODES) + 0.5) / NODES)
-    name = f"creep {round(kind)}"
+    name = f"creep {round(course)}"
     if name not in seen.kept:
-        seen.kept[name] = np.array([_sum(seen, math.sqrt(least * most) * (most / least) ** (node / 2), course)
+        seen.kept[name] = np.array([_sum(seen, math.sqrt(least * most) * (most / least) ** (node / 2), law)
                                     for node in nodes])  # fmt: skip
     off = math.log(time**2 / (least * most)) / math.log(most / least) - nodes
     if not off.all():
@@ -58,16 +59,16 @@ def superposed(seen: Pulled, time: float, kind: float):
     return weights @ seen.kept[name] / weights.sum()
 
 
-def _sum(seen: Pulled, time: float, course: Callable[[Array], Array]):
+def _sum(seen: Pulled, time: float, law: Callable[[Array], Array]):
     force, at = seen.history
     stamps, places = np.unique(seen.time, return_inverse=True)
     since = np.maximum(stamps[:, None] - at[None, :], 0.0)
-    return (course(since / time) @ np.diff(force, prepend=0.0))[places]
+    return (law(since / time) @ np.diff(force, prepend=0.0))[places]
 
 
 def limits(seen: Pulled) -> dict[str, tuple[float, float]]:
     """Times within what a test shows."""
-    return {"creep.time": (1e-3 * seen.duration, seen.duration), "creep.course": (-0.5, len(COURSES) - 0.5)}
+    return {"creep.time": (1e-3 * seen.duration, seen.duration)}
 
 
 EFFECT = Effect(

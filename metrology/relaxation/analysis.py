@@ -68,9 +68,10 @@ def analyse(
     shared : float
         Relative standard uncertainty of what turns force by stretch into the moduli, for their bands.
     """
-    cleaned = [outliers.without(test, one, _course(test, one)) for one in test.mountings]
-    test = replace(test, mountings=tuple(one for one, _ in cleaned))
     courses = [_course(test, one) for one in test.mountings]
+    cleaned = [outliers.without(test, one, known) for one, known in zip(test.mountings, courses, strict=True)]
+    test = replace(test, mountings=tuple(one for one, _ in cleaned))
+    courses = [_course(test, one) if note else known for (one, note), known in zip(cleaned, courses, strict=True)]
     whole, found = _evaluated(test, [(one, known, None) for one, known in zip(test.mountings, courses, strict=True)])
     bends = checks.bent(test, whole)
     done = whole

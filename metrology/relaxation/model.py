@@ -172,7 +172,7 @@ class Builder:
         self._add(one, result, functions[kind, self.test.by_strain])
 
     def _relaxed(self, of: str, step: str) -> Function:
-        """Part that relaxes, by the record alone, or by what a set-up that gives way leaves of it: scales cancel."""
+        """Part that relaxes: scales cancel, the compliance of a set-up does not."""
         if self.test.setup is None:
             return lambda n: 1 - n[f"{of}.r_inf"] / n[f"{of}.r_0"]
         at_once, at_last = self._base(f"{of}.r_0", step), self._base(f"{of}.r_inf", step)

@@ -14,7 +14,7 @@ from metrology.relaxation.levels import levels
 from metrology.relaxation.test import Mounting, RelaxationTest
 
 BESIDE = 3
-"""Readings at either end of a hold that are left as they are: beside a ramp the last one is a peak."""
+"""Readings at either end of a hold that are kept whatever they are: next to a ramp the last one is a peak."""
 NAMED = 6
 """Outliers whose times are given."""
 
@@ -44,7 +44,7 @@ def without(test: RelaxationTest, one: Mounting, imposed: Course) -> tuple[Mount
     far = np.zeros(len(t), dtype=bool)
     for held in levels(blocks(t, imposed.at(t), y, imposed.first), imposed).held:
         inside = np.flatnonzero((t > held.start) & (t < held.stop))
-        if len(inside) > 4 * BESIDE and np.isfinite(division):
+        if len(inside) > 4 * BESIDE:
             far[inside[BESIDE:-BESIDE]] = spikes(y[inside], division)[BESIDE:-BESIDE]
     if not far.any():
         return one, ""

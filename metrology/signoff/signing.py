@@ -221,9 +221,7 @@ def lacking(opened: Opened) -> tuple[Row, ...]:
 
 def _refuse_early(opened: Opened) -> None:
     """Refuse a report that is dated after today: what it says to have been issued has not been."""
-    from metrology.findings import from_json
-
-    issued = from_json(opened.attachments[RESULTS]).campaign.issued
+    issued = opened.stated["campaign"]["issued"]
     if issued and date.fromisoformat(issued) > days.today():
         fix = "correct `report.issued`, or the clock of this computer, and make the report anew"
         raise MetrologyError(Fault(str(opened.path), f"a report of {issued}", "one that is not dated after today", fix))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from math import log, nan, sqrt
+from math import isfinite, log, nan, sqrt
 
 import numpy as np
 
@@ -152,13 +152,12 @@ def _goes_on(one: Mounting, held: int) -> bool:
     before, after = moved[:held], moved[held:]
     if not np.isfinite(after).any():
         return True
-    here = float(moved[np.flatnonzero(np.isfinite(before))[-1]])
     if float(np.nanmax(after)) >= float(np.nanmax(before)):
         return True
     low = np.flatnonzero((one.force[held:] < BREAK * one.force.max()) & np.isfinite(after))
     if not len(low) or one.crosshead is None:
         return False
-    first = int(low[0])
+    first, here = int(low[0]), float(before[np.isfinite(before)][-1])
     stretch = _least_compliance(one.force, moved) * (float(one.force[held - 1]) - float(one.force[held + first]))
     return here - float(after[first]) < BREAK * stretch
 
@@ -168,4 +167,4 @@ def _least_compliance(force: Array, moved: Array) -> float:
     most = float(force.max())
     at = [int(np.argmax(force >= part * most)) for part in (0.25, 0.5, 0.75, 1.0)]
     found = [(moved[b] - moved[a]) / (force[b] - force[a]) for a, b in pairwise(at) if force[b] > force[a]]
-    return max(float(np.nanmin(found)) if len(found) and np.isfinite(found).any() else 0.0, 0.0)
+    return max(min((float(one) for one in found if isfinite(one)), default=0.0), 0.0)

@@ -107,11 +107,9 @@ class Builder:
         """Strain at break: by the extensometer, else by the crosshead less what the set-up gave way."""
         what = said("strain of {specimen} at break", specimen=one.mounting.name)
         strain = self.know(Input(f"{of}.break", reached.strain, _scatter(reached.strain_u), "1", what))
-        gauge, setup = self.test.gauge, self.test.setup
         if one.strain is not None:
-            gauged = 1.0 if gauge is None else gauge.value
-            return lambda n: n[strain] * (1 + self._scale(n, self.test.strain_scale)) * (
-                1.0 if gauge is None else gauged / n[gauge.name])  # fmt: skip
+            return lambda n: n[strain] * (1 + self._scale(n, self.test.strain_scale)) / self._gauged(n)
+        setup = self.test.setup
         assert one.mounting.length is not None
         length, shown = self.know(one.mounting.length), one.mounting.length.value
         compliance = f"{self.test.name}.C" if self.facts.by_lengths else "" if setup is None else setup.name
@@ -141,12 +139,8 @@ class Builder:
         return self._by_crosshead(one, lambda n: self._read(n, slope))
 
     def _by_strain(self, slope: str) -> Callable[[Mapping[str, Any]], Any]:
-        gauge = self.test.gauge
-        shown = 1.0 if gauge is None else gauge.value
-
         def by_strain(n: Mapping[str, Any]) -> Any:
-            gauged = 1.0 if gauge is None else n[gauge.name] / shown
-            return gauged * (1 + self._scale(n, self.test.force_scale)) / (
+            return self._gauged(n) * (1 + self._scale(n, self.test.force_scale)) / (
                 n[slope] * (1 + self._scale(n, self.test.strain_scale)))  # fmt: skip
 
         return by_strain
@@ -202,6 +196,11 @@ class Builder:
     def add(self, name: str, function: Callable[[Mapping[str, Any]], Any], result: str, equation: str) -> None:
         """Take a measurand into the model."""
         self.measurands.append(Measurand(name, function, UNITS[result], equation))
+
+    def _gauged(self, n: Mapping[str, Any]) -> Any:
+        """Gauge length over that by which extensions became strains; 1 where the strain was read."""
+        gauge = self.test.gauge
+        return 1.0 if gauge is None else n[gauge.name] / gauge.value
 
     @staticmethod
     def _scale(n: Mapping[str, Any], scale: Input | None) -> Any:

@@ -59,13 +59,10 @@ def drift(done: Sequence[Done], found: Supported) -> Check:
 
 def _is_significant(found: Supported) -> bool:
     """Whether the drift of the most probable form that has one is none of chance, in any specimen."""
-    from scipy.special import stdtrit
-
     drifting = [at for at, form in enumerate(found.forms) if form.drift and not form.power]
     best = max(drifting, key=lambda at: float(found.probability[at]))
     fits = [of_specimen[best] for of_specimen in found.fits]
-    reach = float(stdtrit(RESTS - 2, 0.995))
-    return any(abs(one.values[1]) > reach * float(np.sqrt(one.covariance[1, 1])) for one in fits)
+    return any(abs(one.values[1]) > _reach() * float(np.sqrt(one.covariance[1, 1])) for one in fits)
 
 
 def drifts_at_rest(one: Done) -> bool:
@@ -73,15 +70,19 @@ def drifts_at_rest(one: Done) -> bool:
 
     Readings after a return to zero recover from the hold, and do not tell the instrument's drift from that.
     """
-    from scipy.special import stdtrit
-
     best, of, still = one.best, one.scene.answer.of, _still(one)
     if not best.form.drift or still is None:
         return False
     duration = float(of.time[-1] - of.time[0])
     fitted, u_fitted = best.values[1] / duration, float(np.sqrt(best.covariance[1, 1])) / duration
-    reach = float(stdtrit(RESTS - 2, 0.995))
-    return still.p < 1 - 0.99 and abs(still.slope - fitted) < reach * float(np.hypot(still.u, u_fitted))
+    return still.p < 1 - 0.99 and abs(still.slope - fitted) < _reach() * float(np.hypot(still.u, u_fitted))
+
+
+def _reach() -> float:
+    """Standard uncertainties within which a slope at rest lies in 99 of 100 records."""
+    from scipy.special import stdtrit
+
+    return float(stdtrit(RESTS - 2, 0.995))
 
 
 @dataclass(frozen=True)
