@@ -17,8 +17,9 @@ from scipy.stats import t as student
 
 from metrology import decay
 from metrology.decay import DecayTest
+from metrology.decay.correlated import sandwich
 from metrology.decay.decrement import damping_ratio, design, log_decrement
-from metrology.decay.oscillation import Mode, fit, sandwich
+from metrology.decay.oscillation import Mode, fit
 from metrology.errors import MetrologyError
 from metrology.gum.distributions import Normal
 from metrology.gum.inputs import Component, Input
@@ -165,7 +166,7 @@ def test_law_covariance_of_correlated_residuals():
     sequence[0] = steps[0] / sqrt(1 - phi**2)
     for i in range(1, n):
         sequence[i] = phi * sequence[i - 1] + steps[i]
-    variance = sandwich(np.ones((n, 1)), sequence, 100)[0, 0]
+    variance = sandwich(np.ones((n, 1)), sequence, 100, np.full((n, 1), 1 / sqrt(n)))[0, 0]
     assert variance == pytest.approx(1 / (1 - phi) ** 2 / n, rel=0.15)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import hypot, log, pi, sqrt
+from math import hypot, inf, log, pi, sqrt
 
 import numpy as np
 import pytest
@@ -38,7 +38,7 @@ def release(
     covariance = np.diag([0.0, (3e-4 * (OMEGA**2 + rate**2) ** 1.5 / OMEGA**2) ** 2])
     swing = left * np.where(np.arange(T.size) % 2, 1.0, -1.0)
     modes = (Mode(OMEGA, rate), Mode(2 * pi * 50.1, 0.0), Mode(2 * pi * 9.6, 0.5))
-    fit = Fit(modes, "viscous", np.array([[3e-4, 4e-4], [0.0, 2e-6], [3e-6, 4e-6]]), covariance, swing, converged=True)
+    fit = Fit(modes, "viscous", np.array([[3e-4, 4e-4], [0.0, 2e-6], [3e-6, 4e-6]]), covariance, swing, True, inf)
     channel = Channel("r", T, swing, "m")
     one, used = np.eye(3), (True,) * 3
     spread = np.diag([u_delta**2, 1e-4])

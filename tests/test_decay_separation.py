@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from math import pi, sqrt
+from math import inf, pi, sqrt
 
 import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from metrology.decay.correlated import sandwich
 from metrology.decay.modes import _level, _others, disentangle, guard, is_sound, longitudinal
-from metrology.decay.oscillation import DEGREE, Fit, Form, Mode, at_rate, baseline, fit, project, sandwich
+from metrology.decay.oscillation import DEGREE, Fit, Form, Mode, at_rate, baseline, fit, project
 from metrology.decay.separated import Separated, curvature, drift, without_others
 from metrology.decay.separation import _refuse_weak, release_before, separate
 from metrology.decay.start import Unusable, free_motion, refuse_clipped
@@ -41,7 +42,7 @@ def stated(
 ) -> Fit:
     """A fit that says so much of every mode, and of the main one's rate."""
     coefficients = np.array([[0.6 * size, 0.8 * size] for size in sizes])
-    return Fit(tuple(modes), "viscous", coefficients, np.diag([0.0, u**2]), np.ones(4), converged)
+    return Fit(tuple(modes), "viscous", coefficients, np.diag([0.0, u**2]), np.ones(4), converged, inf)
 
 
 # ---------------------------------------------------------------- where the free decay begins
@@ -491,33 +492,40 @@ def test_closed_form_fit_of_a_further_damping_beside_another_mode(form: Form) ->
     assert found.amplitudes == pytest.approx([1.0, 0.1], rel=1e-5)
 
 
-def test_law_covariance_of_a_fit_counts_every_parameter_taken_from_the_record() -> None:
-    """Two modes of 4, one held of 2, five of the baseline: 15 of 120 samples."""
-    t = T[:120]
-    held = Mode(2 * pi * 211.0, 0.0)
-    value = swing(MAIN, t) + 0.1 * swing(Mode(2 * pi * 97.0, 1.0), t) + noise(1e-3, count=t.size)
-    found = fit(t, value, [MAIN, Mode(2 * pi * 97.0, 1.0)], held=[held], lags=6)
-    slopes = project(t, value, found.modes, baseline(t, [held])).jacobian
-    expected = sandwich(slopes, found.residual, 6, lost=15)[:2, :2]
-    np.testing.assert_allclose(found.covariance, expected, rtol=1e-9)
+@pytest.mark.parametrize(("periods", "lags"), [(3, 15), (8, 40), (30, 40)])
+def test_law_u_of_a_fit_is_right_for_white_noise_however_short_the_record(periods: int, lags: int) -> None:
+    """The fit takes the noise out of its residuals where its parameters act: a third of u in three periods."""
+    t = np.arange(20 * periods) / 20 / MAIN.frequency
+    generator, found = np.random.default_rng(17), []
+    for _ in range(60):
+        value = swing(MAIN, t) + 1e-3 * generator.standard_normal(t.size)
+        found.append(np.diag(fit(t, value, [MAIN], lags=lags).covariance))
+    slopes = project(t, swing(MAIN, t), [MAIN], baseline(t)).jacobian
+    exact = 1e-6 * np.diag(np.linalg.inv(slopes.T @ slopes))
+    # Of each u² with n/lags of at least 4, with 3·n/lags degrees of freedom; three of their standard deviations.
+    assert np.mean(found, axis=0) == pytest.approx(exact, rel=3 * sqrt(2 / 12 / 60))
 
 
 def test_closed_form_sandwich_written_out() -> None:
-    """(JᵀJ)⁻¹·JᵀRJ·(JᵀJ)⁻¹ with R_ij = r(|i − j|)·(1 − |i − j|/(lags + 1))·n/(n − lost − lags)."""
+    """(JᵀJ)⁻¹·JᵀRJ·(JᵀJ)⁻¹ with R_ij = r(|i − j|)·(1 − |i − j|/(lags + 1)), over what it is for 1 − QQᵀ."""
     generator = np.random.default_rng(5)
-    jacobian, residual = generator.standard_normal((60, 2)) * [1e-6, 1e6], generator.standard_normal(60)
-    lags, lost = 7, 4
-    r = [residual[: 60 - k] @ residual[k:] / 60 * (1 - k / (lags + 1)) for k in range(lags + 1)]
-    apart = abs(np.subtract.outer(np.arange(60), np.arange(60)))
-    full = np.where(apart <= lags, np.array(r)[np.minimum(apart, lags)], 0.0) * 60 / (60 - lost - lags)
-    inverse = np.linalg.inv(jacobian.T @ jacobian * np.outer([1e6, 1e-6], [1e6, 1e-6])) * np.outer(
-        [1e6, 1e-6], [1e6, 1e-6]
-    )
-    expected = inverse @ jacobian.T @ full @ jacobian @ inverse
-    np.testing.assert_allclose(sandwich(jacobian, residual, lags, lost=lost), expected, rtol=1e-9)
+    jacobian, residual = generator.standard_normal((60, 2)), generator.standard_normal(60)
+    taken, lags = np.linalg.qr(np.column_stack([jacobian, generator.standard_normal((60, 3))]))[0], 7
+    inverse, apart = np.linalg.inv(jacobian.T @ jacobian), np.subtract.outer(np.arange(60), np.arange(60))
+    window = np.maximum(1 - abs(apart) / (lags + 1), 0.0)
+
+    def written(product: np.ndarray) -> np.ndarray:
+        r = [np.trace(product, k) / 60 for k in range(60)]
+        return inverse @ jacobian.T @ (np.array(r)[abs(apart)] * window) @ jacobian @ inverse
+
+    larger = np.sqrt(np.diag(inverse) / np.diag(written(np.eye(60) - taken @ taken.T)))
+    expected = written(np.outer(residual, residual)) * np.outer(larger, larger)
+    np.testing.assert_allclose(sandwich(jacobian, residual, lags, taken), expected, rtol=1e-9)
+    scaled = sandwich(jacobian * [1e-6, 1e6], residual, lags, taken)
+    np.testing.assert_allclose(scaled, expected / np.outer([1e-6, 1e6], [1e-6, 1e6]), rtol=1e-9)
     # No more lags than a quarter of the record, and a column of nothing carries none.
-    np.testing.assert_allclose(sandwich(jacobian, residual, 99), sandwich(jacobian, residual, 15))
-    empty = sandwich(np.column_stack([jacobian[:, 0], np.zeros(60)]), residual, lags)
+    np.testing.assert_allclose(sandwich(jacobian, residual, 99, taken), sandwich(jacobian, residual, 15, taken))
+    empty = sandwich(np.column_stack([jacobian[:, 0], np.zeros(60)]), residual, lags, taken)
     np.testing.assert_allclose(empty[1], 0.0)
 
 

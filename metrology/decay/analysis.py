@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from math import pi, sqrt
+from math import inf, pi, sqrt
 from typing import Any
 
 import numpy as np
@@ -156,7 +156,8 @@ def _inputs(test: DecayTest, releases: list[Release]) -> tuple[tuple[Input, ...]
         of, name = tuple(names[at] for at in scattered), said("{test} releases", test=test.name)
         ensembles = (Ensemble(name, of, scatter, count - 1, source),)
     units, mean = ("1", "rad/s"), values.mean(axis=0)
-    parts = [() if at in scattered else _within(sqrt(within[at, at]), count) for at in range(2)]
+    dof = inf if leads == "peaks" else sum(release.separated.fit.dof for release in releases)
+    parts = [() if at in scattered else _within(sqrt(within[at, at]), count, dof) for at in range(2)]
     inputs = tuple(
         Input(names[i], float(mean[i]), (*parts[i], *_two_ways(float(extra[i]))), units[i], texts[i]) for i in range(2)
     )
@@ -196,14 +197,14 @@ def spread_of_mean(values: Floats, noise: Floats) -> tuple[list[int], Floats, Fl
     return scattered, scatter[np.ix_(scattered, scattered)] * np.outer(least, least) / count, within / count
 
 
-def _within(u: float, count: int) -> tuple[Component, ...]:
+def _within(u: float, count: int, dof: float) -> tuple[Component, ...]:
     """Return the noise within the records as a component of a mean over them."""
     source = (
         said("one release only: no scatter known")
         if count == 1
         else said("mean over {count} records, which scatter by no more than it explains", count=count)
     )
-    return (Component(said("noise within the record"), Normal(u), kind="A", source=source),)
+    return (Component(said("noise within the record"), Normal(u), dof, kind="A", source=source),)
 
 
 def _two_ways(half_width: float) -> tuple[Component, ...]:

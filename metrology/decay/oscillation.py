@@ -9,6 +9,8 @@ from typing import Literal
 
 import numpy as np
 
+from metrology.decay.correlated import degrees_of_freedom, sandwich
+
 Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 Form = Literal["viscous", "dry", "quadratic"]
 
@@ -117,7 +119,7 @@ def project(t: Floats, y: Floats, modes: Sequence[Mode], base: Floats, form: For
 
 @dataclass(frozen=True)
 class Fit:
-    """Modes fitted to a record, the first the longitudinal one; `covariance` of its ω, λ (and β).
+    """Modes fitted to a record, the first the longitudinal one; `covariance` of its ω, λ (and β), with `dof`.
 
     `coefficients[j]` = (a, b): mode j is A(t)·(a·cos ωt + b·sin ωt), t from the first sample fitted. `degree`: of the
     polynomial that stands for offset and drift. `settling`: rate / (1/s) at which the zero settles, or 0.
@@ -129,6 +131,7 @@ class Fit:
     covariance: Floats
     residual: Floats
     converged: bool
+    dof: float
     degree: int = DEGREE
     settling: float = 0.0
 
@@ -200,7 +203,7 @@ def fit(
     form : {"viscous", "dry", "quadratic"}
         Damping of the first mode; the others decay exponentially.
     lags : int
-        Samples over which residuals are taken to be correlated (see `sandwich`).
+        Samples over which residuals are taken to be correlated (see `correlated.sandwich`).
     degree : int
         Of the polynomial that stands for offset and drift.
     settling : float
@@ -238,11 +241,12 @@ def fit(
     modes = tuple(replace(mode, omega=abs(mode.omega)) for mode in _unpack(theta, form))  # the same mode either way
     here = at(_pack(modes, form))
     own = 2 if form == "viscous" else 3
-    lost = 2 * len(modes) + found.x.size + base.shape[1]
-    covariance = sandwich(here.jacobian, here.residual, lags, lost=lost)
-    return Fit(
-        modes, form, here.coefficients, covariance[:own, :own], here.residual, bool(found.success), degree, settling
-    )
+    shapes = [_columns(t, mode, form if place == 0 else "viscous")[0] for place, mode in enumerate(modes)]
+    taken = np.linalg.qr(np.hstack([base, *shapes, here.jacobian]))[0]
+    covariance = sandwich(here.jacobian, here.residual, lags, taken)
+    own_covariance, dof = covariance[:own, :own], degrees_of_freedom(t.size, lags)
+    converged = bool(found.success)
+    return Fit(modes, form, here.coefficients, own_covariance, here.residual, converged, dof, degree, settling)
 
 
 MOST_FINISHING = 20
@@ -266,29 +270,6 @@ def _finished(at: Callable[[Floats], Projection], theta: Floats) -> Floats:
             break
         theta, last = theta + step / scale, length
     return theta
-
-
-def sandwich(jacobian: Floats, residual: Floats, lags: int, *, lost: int = 0) -> Floats:
-    """Return the covariance of least-squares parameters whose residuals are correlated: (JᵀJ)⁻¹·JᵀRJ·(JᵀJ)⁻¹.
-
-    R is the matrix of the residuals' own autocovariances, tapered to zero at `lags` (Bartlett's window; Newey & West,
-    Econometrica 55 (1987) 703) and scaled by
-    n / (n − lost − lags): for the parameters already taken from the data, and because a window of that length sees too
-    little of the slow part of the noise (without it u is 11 % too small over 2500 records of known damping).
-    """
-    n, lags = residual.size, min(lags, residual.size // 4)
-    covariances = (
-        np.array([residual[: n - k] @ residual[k:] / n for k in range(lags + 1)]) * n / max(n - lost - lags, 1)
-    )
-    tapered = covariances * (1 - np.arange(lags + 1) / (lags + 1))
-    kernel = np.concatenate([tapered[:0:-1], tapered])
-    scale = np.linalg.norm(jacobian, axis=0)
-    scale[scale == 0] = 1.0
-    unit = jacobian / scale
-    spread = np.column_stack([np.convolve(column, kernel, mode="same") for column in unit.T])
-    inverse = np.linalg.pinv(unit.T @ unit, rcond=1e-14)
-    covariance: Floats = inverse @ (unit.T @ spread) @ inverse / np.outer(scale, scale)
-    return covariance
 
 
 def at_rate(fitted: Fit, t: Floats, y: Floats, *, held: Sequence[Mode] = ()) -> Fit:
