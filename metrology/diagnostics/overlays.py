@@ -77,7 +77,9 @@ def overlying(posed: Plain, found: Diagnosis, prepared: Decay) -> Iterator[Overl
         yield from hops(prepared, None)
         return
     misfit = next((one.statistic for one in found.tests if one.name == "misfit"), 1.0)
-    by = replace(noise(fit, fit.full, posed.floor), misfit=misfit)
+    columns = np.vstack([part * used[:, None] for part, used in zip(spread_out(fit), fit.used, strict=True)])
+    # Noise that lies along the slow motion is not in what the fit leaves: a quiet of its own making shows no drift.
+    by = replace(noise(fit, fit.full, posed.floor, orthonormal(columns)), misfit=misfit)
     yield from hops(prepared, (fit, spread(fit, by)))
     yield from slow(fit, by, posed, prepared)
 
@@ -181,7 +183,7 @@ def _drift(fit: Fit, by: Noise, posed: Plain, prepared: Decay) -> Overlay:
 
 
 def _stepped(fit: Fit, by: Noise, posed: Plain, prepared: Decay) -> Overlay:
-    """Steps of the reading in the place of the polynomial: one in each record, as far as it has evidence.
+    """Steps of the reading in the place of the polynomial: in each record one or none, as probable beforehand.
 
     A step has a size, with the price of unit information, and a place: every one is as probable beforehand, and of a
     small step many are nearly as good as the best.
@@ -207,8 +209,9 @@ def _stepped(fit: Fit, by: Noise, posed: Plain, prepared: Decay) -> Overlay:
         found = float(logsumexp(0.5 * gains)) - math.log(len(places)) - 0.5 * math.log(len(one.t))
         gap = len(one.t) // PLACES
         near = range(places[best] - gap, places[best] + gap + 1)
-        if found > 0 and jumps(fit.residuals[at] * one.u, near, float(size[best])):
-            evidence += found
+        there = jumps(fit.residuals[at] * one.u, near, float(size[best]))
+        evidence += float(np.logaddexp(0.0, found if there else -math.inf)) - math.log(2)
+        if there and found > 0:
             largest = max(largest, (abs(float(size[best])), 1.0 / math.sqrt(float(information[best]))))
     value, u = largest
     ends = (value - NORMAL_95 * u, value + NORMAL_95 * u)
