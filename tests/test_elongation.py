@@ -184,6 +184,15 @@ def test_planted_a_coarse_step_is_the_common_divisor(steps, found) -> None:
     assert found == 0.0 or f"steps of {1e6 * found:.3g} µm" in check.sentence
 
 
+def test_planted_even_steps_of_the_loads_are_none_of_the_indicator() -> None:
+    """Readings on one line to within the resolution, 0.49 mm apart for each load: the indicator reads 0.01 mm."""
+    masses = {name: 0.5 * at for at, name in enumerate("ABCDE", start=1)}
+    each = 0.5 * G * (1 - AIR / STEEL)
+    readings = cycle(lambda force, *_: 0.49e-3 * round(force / each), masses=masses)
+    check = next(one for one in analyse(build(readings, masses)).finding.checks if one.name == raw.NAME)
+    assert check.passed
+
+
 def test_law_readings_of_the_stated_resolution_are_seldom_coarse() -> None:
     rng = np.random.default_rng(20261126)
     stated = Component("resolution", Rectangular(5e-6))

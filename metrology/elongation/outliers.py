@@ -26,7 +26,8 @@ def records(evidence: Evidence) -> Check:
     level = _medians(left, loads)
     off = left - level - _medians(left - level, repeats)
     wrong = np.flatnonzero(np.abs(off) > np.ptp(level))
-    step = raw.coarse(np.array([one.value for one in evidence.readings]), evidence.resolution)
+    read = np.array([one.value for one in evidence.readings])
+    step = 0.0 if _resolved(evidence) else raw.coarse(read, evidence.resolution)
     if not len(wrong) and not step:
         sentence = said("No reading is off all others, and none coarser than the resolution.")
         return Check(raw.NAME, None, None, True, sentence)
@@ -43,6 +44,13 @@ def records(evidence: Evidence) -> Check:
     text = both if len(wrong) and step else far if len(wrong) else coarse
     sentence = said(text, lines=lines, step=1e6 * step, stated=1e6 * evidence.resolution)
     return Check(raw.NAME, float(bool(len(wrong))) + float(bool(step)), None, False, sentence, effects=())
+
+
+def _resolved(evidence: Evidence) -> bool:
+    """Whether all readings lie as near to one straight line as they are resolved: even steps are then of the loads."""
+    columns = evidence.layout.straight_columns(evidence.forces, zero_each=False)
+    left = evidence.values - columns @ np.linalg.lstsq(columns, evidence.values, rcond=None)[0]
+    return bool(np.abs(left).max() <= evidence.resolution)
 
 
 def _medians(values: Floats, groups: np.ndarray[tuple[int, ...], np.dtype[np.intp]]) -> Floats:
